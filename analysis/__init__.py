@@ -1,0 +1,1 @@
+"""Pluggable analysers of run tables, and heap-image analysis."""

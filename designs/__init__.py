@@ -1,0 +1,1 @@
+"""Pluggable generators of designed experiments."""
