@@ -10,6 +10,8 @@ In the tests of an outside package::
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from designs.base import DesignGenerator
@@ -36,7 +38,7 @@ def check_generator(generator: type[DesignGenerator]) -> None:
     """
     _check_declaration(generator)
     made = [design for design in (_try(generator, n) for n in _SIZES) if design is not None]
-    assert made, f"{generator.name} makes no design for any of {_SIZES} factors"
+    _require(made, f"{generator.name} makes no design for any of {_SIZES} factors")
     for design in made:
         _check_table(design)
         _check_values(design)
@@ -46,10 +48,16 @@ def check_generator(generator: type[DesignGenerator]) -> None:
     _check_runs(generator, made[0])
 
 
+def _require(condition: Any, message: str) -> None:
+    """Raise an ``AssertionError`` with the message unless the condition holds (``assert`` would vanish under -O)."""
+    if not condition:
+        raise AssertionError(message)
+
+
 def _check_declaration(generator: type[DesignGenerator]) -> None:
-    assert generator.name.isidentifier() and generator.name == generator.name.lower(), f"bad name {generator.name!r}"
-    assert len(generator.summary()) > 20, f"{generator.name} needs a docstring whose first line says what it is"
-    assert set(generator.settings()) >= {"runs", "replicates"}, f"{generator.name} hides the common settings"
+    _require(generator.name.isidentifier() and generator.name == generator.name.lower(), f"bad name {generator.name!r}")
+    _require(len(generator.summary()) > 20, f"{generator.name} needs a docstring whose first line says what it is")
+    _require(set(generator.settings()) >= {"runs", "replicates"}, f"{generator.name} hides the common settings")
 
 
 def _try(generator: type[DesignGenerator], n_factors: int) -> Design | None:
@@ -57,47 +65,49 @@ def _try(generator: type[DesignGenerator], n_factors: int) -> Design | None:
     try:
         return generator().generate(sample_space(n_factors), seed=1)
     except DesignError as error:
-        assert generator.name in str(error), f"the refusal doesn't name the design: {error}"
+        _require(generator.name in str(error), f"the refusal doesn't name the design: {error}")
         return None
 
 
 def _check_table(design: Design) -> None:
     table, n = design.table, len(design)
-    assert tuple(table.columns) == (*RESERVED_COLUMNS, *design.space.names), f"columns are {list(table.columns)}"
+    _require(tuple(table.columns) == (*RESERVED_COLUMNS, *design.space.names), f"columns are {list(table.columns)}")
     for column in ("run", "std_order", "run_order"):
-        assert sorted(table[column]) == list(range(1, n + 1)), f"{column} is no permutation of 1 … {n}"
-    assert table["run_order"].is_monotonic_increasing, "rows aren't in run order"
-    assert table["seed"].is_unique and (table["seed"] > 0).all(), "seeds of runs must differ and be positive"
-    assert table["seed"].max() < 2**31, "a seed is too large for a 32-bit integer"
-    assert table["block"].min() == 1 and table["block"].is_monotonic_increasing, "blocks must be done one by one"
-    assert table["point_type"].str.len().min() > 0, "a run has no point type"
+        _require(sorted(table[column]) == list(range(1, n + 1)), f"{column} is no permutation of 1 … {n}")
+    _require(table["run_order"].is_monotonic_increasing, "rows aren't in run order")
+    _require(table["seed"].is_unique and (table["seed"] > 0).all(), "seeds of runs must differ and be positive")
+    _require(table["seed"].max() < 2**31, "a seed is too large for a 32-bit integer")
+    _require(table["block"].min() == 1 and table["block"].is_monotonic_increasing, "blocks must be done one by one")
+    _require(table["point_type"].str.len().min() > 0, "a run has no point type")
 
 
 def _check_values(design: Design) -> None:
     coded = design.coded.to_numpy()
-    assert np.isfinite(coded).all(), "a coded value isn't finite"
+    _require(np.isfinite(coded).all(), "a coded value isn't finite")
     np.testing.assert_allclose(design.space.to_coded(design.natural), coded, atol=1e-9, err_msg="natural ≠ coded")
     inside = (design.table["point_type"] != "axial").to_numpy()
-    assert (np.abs(coded[inside]) <= 1 + 1e-12).all(), "a run that isn't axial lies outside low … high"
-    assert 0.0 < design.d_efficiency("linear") <= 100.0 + 1e-9 or (np.abs(coded) > 1).any(), "main effects not estimable"
-    assert design.text(), "the design says nothing about itself"
+    _require((np.abs(coded[inside]) <= 1 + 1e-12).all(), "a run that isn't axial lies outside low … high")
+    _require(
+        0.0 < design.d_efficiency("linear") <= 100.0 + 1e-9 or (np.abs(coded) > 1).any(), "main effects not estimable"
+    )
+    _require(design.text(), "the design says nothing about itself")
 
 
 def _check_reproducible(generator: type[DesignGenerator], design: Design) -> None:
     again = generator().generate(design.space, seed=1)
-    assert again.table.equals(design.table), "the same seed gave another design"
+    _require(again.table.equals(design.table), "the same seed gave another design")
     other = generator().generate(design.space, seed=2)
-    assert not other.table["seed"].equals(design.table["seed"]), "another seed gave the same run seeds"
+    _require(not other.table["seed"].equals(design.table["seed"]), "another seed gave the same run seeds")
     if len(design) > 4:
-        assert not other.table["std_order"].equals(design.table["std_order"]), "another seed gave the same run order"
+        _require(not other.table["std_order"].equals(design.table["std_order"]), "another seed gave the same run order")
 
 
 def _check_replicates(generator: type[DesignGenerator], design: Design) -> None:
     twice = generator(replicates=2).generate(design.space, seed=1)
-    assert len(twice) == 2 * len(design), f"two replicates of {len(design)} runs gave {len(twice)}"
-    assert twice.table["seed"].is_unique, "replicates share a seed"
+    _require(len(twice) == 2 * len(design), f"two replicates of {len(design)} runs gave {len(twice)}")
+    _require(twice.table["seed"].is_unique, "replicates share a seed")
     repeats = twice.table.groupby([*design.space.names, "block"]).size()
-    assert (repeats % 2 == 0).all(), "a run wasn't repeated in its block"
+    _require((repeats % 2 == 0).all(), "a run wasn't repeated in its block")
 
 
 def _check_bounds(generator: type[DesignGenerator], design: Design) -> None:
@@ -107,19 +117,22 @@ def _check_bounds(generator: type[DesignGenerator], design: Design) -> None:
     try:
         bounded = generator().generate(tight, seed=1)
     except DesignError as error:
-        assert "physical bounds" in str(error), f"the refusal doesn't say that a bound was passed: {error}"
+        _require("physical bounds" in str(error), f"the refusal doesn't say that a bound was passed: {error}")
         return
     for factor in tight:
-        assert bounded.natural[factor.name].between(factor.low - 1e-9, factor.high * (1 + 1e-12) + 1e-9).all()
+        _require(
+            bounded.natural[factor.name].between(factor.low - 1e-9, factor.high * (1 + 1e-12) + 1e-9).all(),
+            "a value lies outside its physical bounds",
+        )
 
 
 def _check_runs(generator: type[DesignGenerator], design: Design) -> None:
     """A number of runs is met exactly or refused with the nearest numbers."""
     same = generator(runs=len(design)).generate(design.space, seed=1)
-    assert len(same) == len(design), f"asked for {len(design)} runs, got {len(same)}"
+    _require(len(same) == len(design), f"asked for {len(design)} runs, got {len(same)}")
     try:
         odd = generator(runs=_IMPOSSIBLE_RUNS).generate(design.space, seed=1)
     except DesignError as error:
-        assert any(character.isdigit() for character in str(error).split("nearest")[-1]), f"no counts named: {error}"
+        _require(any(character.isdigit() for character in str(error).split("nearest")[-1]), f"no counts named: {error}")
         return
-    assert len(odd) == _IMPOSSIBLE_RUNS, f"asked for {_IMPOSSIBLE_RUNS} runs, got {len(odd)}"
+    _require(len(odd) == _IMPOSSIBLE_RUNS, f"asked for {_IMPOSSIBLE_RUNS} runs, got {len(odd)}")

@@ -70,7 +70,9 @@ class BoxBehnken(DesignGenerator):
             edges = _edges([pair for block in groups for pair in block], k)
             return stacked_blocks([[("edge", edges), ("centre", np.zeros((centre, k)))]])
         if centre % self.blocks:
-            raise DesignError(f"{centre} centre points can't be shared equally by {self.blocks} blocks; use a multiple.")
+            raise DesignError(
+                f"{centre} centre points can't be shared equally by {self.blocks} blocks; use a multiple."
+            )
         each = np.zeros((centre // self.blocks, k))
         return stacked_blocks([[("edge", _edges(block, k)), ("centre", each)] for block in groups])
 

@@ -91,9 +91,7 @@ class DOptimal(DesignGenerator):
     def _candidates(self, space: FactorSpace, rng: np.random.Generator) -> Array:
         if self.candidates is not None:
             return space.to_coded(check_run_table(self.candidates, space))
-        levels = [
-            np.array([-1.0, 0.0, 1.0]) if f.levels is None else f.to_coded(np.asarray(f.levels)) for f in space
-        ]
+        levels = [np.array([-1.0, 0.0, 1.0]) if f.levels is None else f.to_coded(np.asarray(f.levels)) for f in space]
         if np.prod([float(len(values)) for values in levels]) <= _GRID_LIMIT:
             return np.array(list(itertools.product(*levels)))
         unit = qmc.Sobol(d=len(space), rng=rng).random_base2(10)
@@ -141,9 +139,7 @@ def _greedy(old: Array, rows: Array, count: int, rng: np.random.Generator | None
     return np.array(chosen, dtype=np.int64)
 
 
-def _exchange(
-    old: Array, rows: Array, chosen: npt.NDArray[np.int64]
-) -> tuple[npt.NDArray[np.int64], float]:
+def _exchange(old: Array, rows: Array, chosen: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], float]:
     """Swap the best pair until the determinant stops rising; return the indices and ln|XᵀX| (slightly ridged)."""
     chosen = chosen.copy()
     base = old.T @ old + _RIDGE * np.eye(rows.shape[1])

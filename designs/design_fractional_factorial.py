@@ -71,7 +71,9 @@ class FractionalFactorial(DesignGenerator):
             coded = fraction(k, words)
             coded[:, k - len(words) :] *= signs
             if resolution_of(k, words) in (1, 2):
-                raise DesignError(f"Generators {self.generators!r} make two factors equal; use different, longer words.")
+                raise DesignError(
+                    f"Generators {self.generators!r} make two factors equal; use different, longer words."
+                )
             return coded, words
         for runs, resolution, words in fractions(k):
             if self._fits(runs, resolution):

@@ -101,7 +101,7 @@ def _jacobsthal(q: int) -> Array:
 
 
 class _Field:
-    """The finite field of q = p^e elements, an element written as the number whose base-p digits are its coefficients."""
+    """The finite field of q = p^e elements, each written as the number whose base-p digits are its coefficients."""
 
     def __init__(self, q: int) -> None:
         self.p, self.e = _prime_and_exponent(q)

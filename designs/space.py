@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -51,7 +52,9 @@ class Factor:
     def __post_init__(self) -> None:
         _check_name(self.name)
         for field in ("low", "high", "lowest", "highest"):
-            object.__setattr__(self, field, _as_number(self.name, field, getattr(self, field)))
+            value = getattr(self, field)
+            if value is not None or field in ("low", "high"):
+                object.__setattr__(self, field, _number(self.name, field, value))
         self._check_range()
         if self.levels is not None:
             self._check_levels()
@@ -67,14 +70,16 @@ class Factor:
                 f"Factor {self.name!r} has log = true and low = {self.low:g}; a logarithm needs low > 0. "
                 "Raise low or drop log."
             )
-        if self.lowest is not None and self.low < self.lowest or self.highest is not None and self.high > self.highest:
+        too_low = self.lowest is not None and self.low < self.lowest
+        too_high = self.highest is not None and self.high > self.highest
+        if too_low or too_high:
             raise DesignError(
                 f"Factor {self.name!r} ranges over {self.low:g} … {self.high:g}, outside its own physical bounds "
                 f"{_bounds_text(self)}. Narrow the range or correct lowest/highest."
             )
 
     def _check_levels(self) -> None:
-        levels = tuple(sorted({_as_number(self.name, "levels", level) for level in self.levels or ()}))
+        levels = tuple(sorted({_number(self.name, "levels", level) for level in self.levels or ()}))
         if len(levels) < 2 or levels[0] != self.low or levels[-1] != self.high:
             raise DesignError(
                 f"Factor {self.name!r} has levels {levels}; they need at least two values and must start at "
@@ -180,7 +185,7 @@ class FactorSpace:
         if not isinstance(factors, dict) or not factors:
             raise DesignError(
                 f"{path} has no table [factors.NAME]. Write one per factor, for example\n"
-                "[factors.static_friction]\nlow = 0.1\nhigh = 0.6\nunit = \"\""
+                '[factors.static_friction]\nlow = 0.1\nhigh = 0.6\nunit = ""'
             )
         return cls.from_dict(factors)
 
@@ -194,9 +199,7 @@ def _check_name(name: str) -> None:
         )
 
 
-def _as_number(name: str, field: str, value: Any) -> float | None:
-    if value is None:
-        return None
+def _number(name: str, field: str, value: Any) -> float:
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -227,7 +230,7 @@ def _factor_from_dict(name: str, entry: Any) -> Factor:
     settings = dict(entry)
     levels = settings.pop("levels", None)
     if levels is not None:
-        numbers = [_as_number(name, "levels", level) or 0.0 for level in levels]
+        numbers = [_number(name, "levels", level) for level in levels]
         settings.setdefault("low", min(numbers))
         settings.setdefault("high", max(numbers))
         settings["levels"] = tuple(numbers)
@@ -238,10 +241,10 @@ def _factor_from_dict(name: str, entry: Any) -> Factor:
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
-    try:
+    if sys.version_info >= (3, 11):
         import tomllib
-    except ModuleNotFoundError:  # Python 3.10
-        import tomli as tomllib
+    else:
+        import tomli as tomllib  # type: ignore[import-not-found]
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
