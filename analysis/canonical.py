@@ -188,7 +188,8 @@ def _best_on_sphere(linear: Array, square: Array, radius: float) -> Array:
 
     lowest = top + 1e-12 * size
     if excess(lowest) <= 0:  # no pull along the top eigenvector: go along it to reach the sphere
-        short = np.where(np.abs(values - top) < 1e-9 * size, 0.0, turned / (2 * np.maximum(lowest - values, 1e-300)))
+        level = np.abs(values - top) < 1e-9 * size
+        short: Array = np.where(level, 0.0, turned / (2 * np.maximum(lowest - values, 1e-300)))
         short[-1] = np.sqrt(max(radius**2 - short[:-1] @ short[:-1], 0.0))
         return vectors @ short
     highest = top + np.linalg.norm(linear) / radius + size

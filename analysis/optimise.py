@@ -213,9 +213,10 @@ def _sentences(
     used = setting[~setting["Note"].str.startswith("in no model")]
     sentences = [f"Best setting: {setting_text(used)}."]
     for row, goal in zip(expected.to_dict(orient="records"), goals, strict=True):
+        mean = f"{row['CI low']:.4g} and {row['CI high']:.4g}"
+        run = f"{row['PI low']:.4g} and {row['PI high']:.4g}"
         sentences.append(
-            f"{row['Response']} there: {row['Predicted']:.4g}; mean between {row['CI low']:.4g} and {row['CI high']:.4g}, one "
-            f"new run between {row['PI low']:.4g} and {row['PI high']:.4g}."
+            f"{row['Response']} there: {row['Predicted']:.4g}; mean between {mean}, one run between {run}."
         )
         if len(goals) == 1 and goal.target is not None:
             sentences.append(_target_sentence(float(row["Predicted"]), goal.target, len(used)))

@@ -26,7 +26,7 @@ def contours(fit: FittedModel, *, mark: Array | None = None) -> dict[str, Figure
         fit: the model.
         mark: coded point, shape (k,), to mark, and where the other factors are held; default the centre.
     """
-    from matplotlib import colormaps
+    from matplotlib import colormaps, patheffects
 
     hold = np.zeros(len(fit.runs.space)) if mark is None else np.asarray(mark)
     figures = {}
@@ -35,7 +35,9 @@ def contours(fit: FittedModel, *, mark: Array | None = None) -> dict[str, Figure
         figure, axes = new_figure(width=5.8, height=4.8)
         filled = axes.contourf(x, y, z, levels=12, cmap=colormaps["viridis"])
         lines = axes.contour(x, y, z, levels=filled.levels, colors="white", linewidths=0.6)
-        axes.clabel(lines, fontsize=8, fmt="%.4g")
+        halo = [patheffects.withStroke(linewidth=2, foreground="white")]
+        for label in axes.clabel(lines, fontsize=8, fmt="%.4g", colors="black"):
+            label.set_path_effects(halo)
         figure.colorbar(filled, ax=axes, label=fit.response)
         first, second = fit.runs.space.factors[i], fit.runs.space.factors[j]
         runs_x, runs_y = first.to_natural(fit.runs.coded[:, i]), second.to_natural(fit.runs.coded[:, j])

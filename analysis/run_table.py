@@ -11,7 +11,7 @@ import pandas as pd
 
 from analysis.errors import AnalysisError
 from designs.errors import nearest_hint
-from designs.space import RESERVED_COLUMNS, Array, Factor, FactorSpace
+from designs.space import CODED_PREFIX, RESERVED_COLUMNS, Array, Factor, FactorSpace
 
 #: Columns of a run table that are never factors: the design's own and those a campaign of simulations adds.
 NEVER_FACTORS = (*RESERVED_COLUMNS, "experiment", "status", "reason", "wall_time_s")
@@ -137,7 +137,8 @@ def _guessed(table: pd.DataFrame, responses: Sequence[str]) -> list[str]:
     doubled = table.columns[table.columns.duplicated()]
     if len(doubled):
         raise AnalysisError(f"Column {doubled[0]!r} appears twice in the table. Rename one.")
-    return [str(c) for c in table.columns if c not in responses and str(c) not in NEVER_FACTORS]
+    names = [str(c) for c in table.columns if c not in responses and str(c) not in NEVER_FACTORS]
+    return [name for name in names if not name.startswith(CODED_PREFIX)]
 
 
 def _space_of(natural: pd.DataFrame) -> FactorSpace:

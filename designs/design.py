@@ -9,7 +9,7 @@ import pandas as pd
 
 from designs import evaluation
 from designs.errors import DesignError
-from designs.space import RESERVED_COLUMNS, FactorSpace
+from designs.space import CODED_PREFIX, RESERVED_COLUMNS, FactorSpace
 from designs.terms import model_terms
 
 
@@ -46,7 +46,7 @@ class Design:
 
     def side_by_side(self) -> pd.DataFrame:
         """Return the run table with the coded values in columns ``coded NAME`` beside the natural ones."""
-        return pd.concat([self.table, self.coded.add_prefix("coded ")], axis=1)
+        return pd.concat([self.table, self.coded.add_prefix(CODED_PREFIX)], axis=1)
 
     def error_degrees_of_freedom(self, model: str | None = None) -> int:
         """Return n − p for a model: how many runs are left to estimate the noise."""
@@ -95,19 +95,6 @@ class Design:
         target = Path(path)
         self.table.to_csv(target, index=False)
         return target
-
-    @classmethod
-    def points_from_csv(cls, path: str | Path, space: FactorSpace) -> pd.DataFrame:
-        """Return the run table of a CSV file, after a check that it has a numeric column for every factor.
-
-        Raises:
-            DesignError: for a missing file, a missing column or text in a factor column.
-        """
-        try:
-            table = pd.read_csv(path)
-        except FileNotFoundError:
-            raise DesignError(f"There is no file {path}. Give the path of a CSV run table.") from None
-        return check_run_table(table, space)
 
 
 def check_run_table(table: pd.DataFrame, space: FactorSpace) -> pd.DataFrame:

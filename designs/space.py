@@ -20,6 +20,9 @@ Array = npt.NDArray[np.float64]
 #: Columns that the run table uses itself; a factor can't have these names.
 RESERVED_COLUMNS = ("run", "std_order", "run_order", "block", "point_type", "seed")
 
+#: How the names of columns with coded values begin, where a table has them beside the natural ones.
+CODED_PREFIX = "coded "
+
 
 @dataclass(frozen=True)
 class Factor:
