@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
@@ -190,7 +191,7 @@ def _best_on_sphere(linear: Array, square: Array, radius: float) -> Array:
     if excess(lowest) <= 0:  # no pull along the top eigenvector: go along it to reach the sphere
         level = np.abs(values - top) < 1e-9 * size
         short: Array = np.where(level, 0.0, turned / (2 * np.maximum(lowest - values, 1e-300)))
-        short[-1] = np.sqrt(max(radius**2 - short[:-1] @ short[:-1], 0.0))
+        short[-1] = math.sqrt(max(radius**2 - float(short[:-1] @ short[:-1]), 0.0))
         return vectors @ short
     highest = top + np.linalg.norm(linear) / radius + size
     mu = optimize.brentq(excess, lowest, highest, xtol=1e-14 * size, rtol=1e-14)

@@ -104,9 +104,10 @@ def numbers(table: pd.DataFrame, name: str, role: str) -> Array:
     values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
-        found = table[name].iloc[bad[0]]
+        value = table[name].iloc[bad[0]]
+        found = "nothing" if pd.isna(value) else repr(str(value))
         raise AnalysisError(
-            f"Column {name!r} ({role}) holds {found!r} in row {bad[0] + 1} and {bad.size} unusable value"
+            f"Column {name!r} ({role}) holds {found} in row {bad[0] + 1} and {bad.size} unusable value"
             f"{'s' if bad.size > 1 else ''} in all; finite numbers are needed. Correct or repeat these runs, or drop "
             "their rows."
         )

@@ -108,6 +108,8 @@ def check_run_table(table: pd.DataFrame, space: FactorSpace) -> pd.DataFrame:
         values = pd.to_numeric(table[name], errors="coerce")
         if values.isna().any():
             row = int(values.isna().to_numpy().argmax())
-            raise DesignError(f"Factor {name!r} holds {table[name].iloc[row]!r} in row {row + 1}; numbers are needed.")
+            raise DesignError(
+                f"Factor {name!r} holds {str(table[name].iloc[row])!r} in row {row + 1}; numbers are needed."
+            )
     kept = [c for c in table.columns if c in RESERVED_COLUMNS] + list(space.names)
     return table[kept].astype(dict.fromkeys(space.names, float)).reset_index(drop=True)

@@ -32,7 +32,7 @@ class DOptimal(DesignGenerator):
     Args:
         existing: run table of the runs done before (columns named as the factors; ``seed`` and ``point_type`` are
             kept); they stay first, in block 1, and the new ones follow in the next block.
-        added_runs: number of new runs; default as many as the model has terms, or ``runs`` − existing.
+        added_runs: number of new runs; default ``runs`` − existing, or as many as the model still lacks to be estimable.
         fit: the model that the runs shall carry: ``linear``, ``interactions``, ``pure_quadratic``, ``quadratic``.
         candidates: table of candidate runs in natural units; default the three-level grid of the box, or 1,000 Sobol'
             points and the box's centre when the grid is larger.
@@ -66,8 +66,8 @@ class DOptimal(DesignGenerator):
         old = np.empty((0, len(space))) if before is None else space.to_coded(before)
         candidates = self._candidates(space, rng)
         terms = model_terms(len(space), self.fit)
-        count = self._count(len(old), len(terms) + 1)
-        new = candidates[self._choose(model_matrix(old, terms), model_matrix(candidates, terms), count, rng)]
+        old_rows, rows = model_matrix(old, terms), model_matrix(candidates, terms)
+        new = candidates[self._choose(old_rows, rows, self._count(old_rows), rng)]
         coded = np.vstack([old, new])
         self._check_carries(coded, terms)
         kinds = ["existing"] * len(old)
@@ -76,11 +76,13 @@ class DOptimal(DesignGenerator):
         block = _blocks(before, len(old), len(new))
         return Points(coded, (*kinds, *["d-optimal"] * len(new)), block=block, run_before=before)
 
-    def _count(self, n_old: int, n_terms: int) -> int:
+    def _count(self, old_rows: Array) -> int:
+        n_old, n_terms = old_rows.shape
         if self.added_runs is not None:
             return self.added_runs
         if self.runs is None:
-            return max(n_terms - n_old, 1) if n_old else n_terms
+            missing = n_terms - int(np.linalg.matrix_rank(old_rows)) if n_old else n_terms
+            return max(missing, 1)
         if self.runs <= n_old:
             raise DesignError(
                 f"d_optimal was asked for {self.runs} runs in all, but {n_old} exist already. Ask for more, or give "

@@ -78,10 +78,11 @@ class FractionalFactorial(DesignGenerator):
         for runs, resolution, words in fractions(k):
             if self._fits(runs, resolution):
                 return fraction(k, words), words
-        if self.runs is not None:
+        if self.runs is not None and self.resolution is None:
             raise self.wrong_runs(space, self.possible_runs(space))
-        best = ", ".join(f"{r or 'full'} with {n} runs" for n, r, _ in fractions(k))
-        raise DesignError(f"No fraction of {k} factors has resolution {self.resolution}. There are: {best}.")
+        best = ", ".join(f"{_ROMAN.get(r, 'full')} with {n} runs" for n, r, _ in fractions(k))
+        asked = f"resolution {self.resolution}" + (f" and {self.runs} runs" if self.runs is not None else "")
+        raise DesignError(f"No fractional_factorial of {k} factors has {asked}. There are: {best}.")
 
     def _fits(self, runs: int, resolution: int) -> bool:
         total = (runs + self.centre_points) * (2 if self.fold_over else 1)

@@ -41,9 +41,9 @@ _TABLE: dict[tuple[int, int], tuple[str, ...]] = {
 
 def fraction(n_factors: int, words: Sequence[str]) -> Array:
     """Return the ±1 columns, shape (2^(k−p), k): a full factorial, then one product column per signed word."""
-    base = n_factors - len(words)
-    expression = " ".join([*LETTERS[:base].lower(), *(word.lower() for word in words)])
-    return np.asarray(pyDOE3.fracfact(expression), dtype=float)
+    base = np.asarray(pyDOE3.ff2n(n_factors - len(words)), dtype=float)
+    added = [np.prod(base[:, [LETTERS.index(letter) for letter in word]], axis=1) for word in words]
+    return np.column_stack([base, *added])
 
 
 def resolution_of(n_factors: int, words: Sequence[str]) -> int:

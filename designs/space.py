@@ -92,10 +92,12 @@ class Factor:
 
     def to_natural(self, coded: Array) -> Array:
         """Return natural values [unit] of coded ones, same shape."""
+        points = np.asarray(coded, dtype=float)
         low, high = (math.log(self.low), math.log(self.high)) if self.log else (self.low, self.high)
-        value = (low + high) / 2 + np.asarray(coded, dtype=float) * (high - low) / 2
-        # Rounded to 1e-12 of the range: 0.1 + 0.5·0.5 must print as 0.35, and replicates must compare equal.
-        return _rounded(np.exp(value) if self.log else value, self.high - self.low)
+        value = (low + high) / 2 + points * (high - low) / 2
+        # The last bits go: 0.1 + 0.5·0.5 must print as 0.35, and low and high must come back as they were given.
+        value = _significant(np.exp(value)) if self.log else np.round(value, _decimals(self.low, self.high))
+        return np.where(points == -1.0, self.low, np.where(points == 1.0, self.high, value))
 
     def to_coded(self, natural: Array) -> Array:
         """Return coded values of natural ones [unit], same shape."""
@@ -218,9 +220,13 @@ def _bounds_text(factor: Factor) -> str:
     return f"{low} … {high}"
 
 
-def _rounded(value: Array, span: float) -> Array:
-    decimals = 12 - math.floor(math.log10(span))
-    return np.round(value, decimals)
+def _decimals(low: float, high: float) -> int:
+    """Return the decimals that leave 14 digits of the larger end, or 12 of the range where that is finer."""
+    return max(14 - math.ceil(math.log10(max(abs(low), abs(high)))), 12 - math.floor(math.log10(high - low)))
+
+
+def _significant(value: Array) -> Array:
+    return np.array([float(f"{v:.14g}") for v in value.ravel()]).reshape(value.shape)
 
 
 def _factor_from_dict(name: str, entry: Any) -> Factor:

@@ -122,10 +122,10 @@ def _built_in(kind: str) -> Iterator[Plugin]:
     module = importlib.import_module(module_name)
     table = getattr(module, "BUILT_IN", None)
     if table is None:
-        place = getattr(module, "__file__", None) or list(getattr(module, "__path__", ["?"]))[0]
+        place = getattr(module, "__file__", None) or next(iter(getattr(module, "__path__", ["?"])))
         raise InputError(
-            f"Python found the package {module_name!r} in {place}, which isn't the one of taichidem: a folder or file of "
-            "that name shadows it. Rename yours, or start Python in another folder."
+            f"Python found the package {module_name!r} in {place}, which isn't the one of taichidem: a folder or file "
+            "of that name shadows it. Rename yours, or start Python in another folder."
         )
     for name, target in table.items():
         target = _imported(target) if isinstance(target, str) else target
@@ -159,7 +159,7 @@ def _fault(kind: str, name: str, target: Any) -> str:
         if not (inspect.isclass(target) and issubclass(target, wanted)):
             return f"{target!r} is no subclass of {base.replace(':', '.')}."
         if inspect.isabstract(target):
-            missing = ", ".join(sorted(target.__abstractmethods__))
+            missing = ", ".join(sorted(getattr(target, "__abstractmethods__", ())))
             return f"{target.__name__} doesn't define {missing}."
     declared = getattr(target, "name", name)
     if declared != name:
@@ -175,9 +175,7 @@ def _without_duplicates(plugins: list[Plugin]) -> Iterator[Plugin]:
             yield plugin
             continue
         others = ", ".join(sorted({rival.source for rival in rivals}))
-        status = (
-            f"the name {plugin.name!r} is taken: {plugin.source} and {others} both declare it. Rename or uninstall one."
-        )
+        status = f"the name is taken: {plugin.source} and {others} both declare it. Rename or uninstall one."
         yield Plugin(plugin.kind, plugin.name, plugin.source, plugin.summary, status)
 
 
