@@ -9,7 +9,6 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.stats import qmc
 
 from designs.base import DesignGenerator, Points, check_choice, check_whole
 from designs.design import check_run_table
@@ -32,7 +31,7 @@ class DOptimal(DesignGenerator):
     Args:
         existing: run table of the runs done before (columns named as the factors; ``seed`` and ``point_type`` are
             kept); they stay first, in block 1, and the new ones follow in the next block.
-        added_runs: number of new runs; default ``runs`` − existing, or as many as the model still lacks to be estimable.
+        added_runs: number of new runs; default ``runs`` − existing, or what the model still lacks to be estimable.
         fit: the model that the runs shall carry: ``linear``, ``interactions``, ``pure_quadratic``, ``quadratic``.
         candidates: table of candidate runs in natural units; default the three-level grid of the box, or 1,000 Sobol'
             points and the box's centre when the grid is larger.
@@ -96,6 +95,8 @@ class DOptimal(DesignGenerator):
         levels = [np.array([-1.0, 0.0, 1.0]) if f.levels is None else f.to_coded(np.asarray(f.levels)) for f in space]
         if np.prod([float(len(values)) for values in levels]) <= _GRID_LIMIT:
             return np.array(list(itertools.product(*levels)))
+        from scipy.stats import qmc
+
         unit = qmc.Sobol(d=len(space), rng=rng).random_base2(10)
         # Extreme levels carry most information, so the points of the sequence are drawn to the levels.
         return np.column_stack([values[(unit[:, i] * len(values)).astype(int)] for i, values in enumerate(levels)])

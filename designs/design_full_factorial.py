@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-import pyDOE3
 
 from designs.base import DesignGenerator, Points, check_whole
 from designs.errors import DesignError
@@ -45,6 +44,8 @@ class FullFactorial(DesignGenerator):
 
     def points(self, space: FactorSpace, rng: np.random.Generator) -> Points:
         """Return the grid in Yates order, then the centre points."""
+        import pyDOE3  # slow to import, and only factorials need it
+
         levels = [self._levels(space, i) for i in range(len(space))]
         count = math.prod(len(values) for values in levels)
         if count > _MOST_RUNS:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.stats import qmc
 
 from designs.base import DesignGenerator, Points
 from designs.space import FactorSpace
@@ -34,5 +33,7 @@ class Halton(DesignGenerator):
 
     def points(self, space: FactorSpace, rng: np.random.Generator) -> Points:
         """Return the first n points of the sequence."""
+        from scipy.stats import qmc
+
         sampler = qmc.Halton(d=len(space), scramble=self.scramble, rng=rng)
         return from_unit_cube(sampler.random(runs_or_default(self, space)), space)

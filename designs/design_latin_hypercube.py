@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.stats import qmc
 
 from designs.base import DesignGenerator, Points, check_choice
 from designs.space import FactorSpace
@@ -39,6 +38,8 @@ class LatinHypercube(DesignGenerator):
 
     def points(self, space: FactorSpace, rng: np.random.Generator) -> Points:
         """Return n points, one in each slice of each factor."""
+        from scipy.stats import qmc
+
         sampler = qmc.LatinHypercube(
             d=len(space),
             scramble=not self.centred,

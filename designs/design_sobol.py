@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.stats import qmc
 
 from designs.base import DesignGenerator, Points
 from designs.space import FactorSpace
@@ -38,6 +37,8 @@ class Sobol(DesignGenerator):
 
     def points(self, space: FactorSpace, rng: np.random.Generator) -> Points:
         """Return the first n points of the sequence."""
+        from scipy.stats import qmc
+
         n = runs_or_default(self, space)
         if self.runs is None:
             n = 2 ** (n - 1).bit_length()

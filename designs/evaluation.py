@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from designs.errors import DesignError
 from designs.space import Array
@@ -112,6 +111,8 @@ def power_table(
     Raises:
         DesignError: for noise ≤ 0, alpha outside (0, 1), or a model that the points can't carry.
     """
+    from scipy import stats  # slow to import, and most commands don't need it
+
     if not noise > 0 or not 0 < alpha < 1:
         raise DesignError(f"Power was asked for noise = {noise:g}, alpha = {alpha:g}; both must be > 0 and alpha < 1.")
     terms = model_terms(coded.shape[1], model)

@@ -7,7 +7,6 @@ import itertools
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-import pyDOE3
 
 from designs.errors import DesignError
 from designs.space import Array
@@ -41,6 +40,8 @@ _TABLE: dict[tuple[int, int], tuple[str, ...]] = {
 
 def fraction(n_factors: int, words: Sequence[str]) -> Array:
     """Return the ±1 columns, shape (2^(k−p), k): a full factorial, then one product column per signed word."""
+    import pyDOE3  # slow to import, and only factorials need it
+
     base = np.asarray(pyDOE3.ff2n(n_factors - len(words)), dtype=float)
     added = [np.prod(base[:, [LETTERS.index(letter) for letter in word]], axis=1) for word in words]
     return np.column_stack([base, *added])

@@ -249,14 +249,26 @@ def _factor_from_dict(name: str, entry: Any) -> Factor:
     return Factor(name, **settings)
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
+def parse_toml(text: str) -> dict[str, Any]:
+    """Return the tables of a TOML text.
+
+    Raises:
+        DesignError: for text that is not valid TOML.
+    """
     if sys.version_info >= (3, 11):
         import tomllib
     else:
         import tomli as tomllib  # type: ignore[import-not-found]
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise DesignError(f"This is not valid TOML: {error}.") from None
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        return parse_toml(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise DesignError(f"There is no file {path}. Give the path of a TOML file with the factors.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DesignError(f"{path} is not valid TOML: {error}.") from None
+    except (DesignError, UnicodeDecodeError) as error:
+        raise DesignError(f"{path} can't be read. {error}") from None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import qmc
 
 from designs.base import DesignGenerator, Points
 from designs.space import Array, FactorSpace
@@ -18,6 +17,8 @@ def runs_or_default(generator: DesignGenerator, space: FactorSpace) -> int:
 
 def from_unit_cube(unit: Array, space: FactorSpace) -> Points:
     """Return the points of shape (n, k) in [0, 1) as a design, with their centred discrepancy as a note."""
+    from scipy.stats import qmc  # slow to import, and only these designs need it
+
     coded = np.column_stack([factor.from_unit(unit[:, i]) for i, factor in enumerate(space)])
     note = f"Centred L2 discrepancy {qmc.discrepancy(unit):.4g} (smaller is more even)."
     return Points(coded, ("space-filling",) * len(unit), notes=(note,))

@@ -6,8 +6,8 @@ Sources:
     Odour: John, "Statistical Design and Analysis of Experiments" (1971), as in the SAS/STAT User's Guide, PROC RSREG,
         "A Response Surface with a Simple Optimum".
     Mercaptobenzothiazole: Myers (1976), as in the SAS/STAT User's Guide, PROC RSREG, "A Saddle Surface Response".
-    Chemical reaction: Myers, Montgomery & Anderson-Cook, "Response Surface Methodology", 3rd ed. (2009), Table 7.6, as in
-        Lenth, J. Stat. Software 32(7) (2009), doi 10.18637/jss.v032.i07.
+    Chemical reaction: Myers, Montgomery & Anderson-Cook, "Response Surface Methodology", 3rd ed. (2009), Table 7.6, as
+        in Lenth, J. Stat. Software 32(7) (2009), doi 10.18637/jss.v032.i07.
     Filtration rate: Montgomery, "Design and Analysis of Experiments", Example 6.2 (an unreplicated 2⁴ factorial).
 """
 

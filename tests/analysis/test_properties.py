@@ -48,7 +48,7 @@ def test_bulk_density_and_its_uncertainty():
 
 def test_bulk_density_refuses_swapped_columns():
     table = pd.DataFrame({"mass_full_kg": [0.1], "mass_empty_kg": [0.6], "volume_m3": [1e-3]})
-    with pytest.raises(AnalysisError, match="Row 1.*must weigh more"):
+    with pytest.raises(AnalysisError, match=r"Row 1.*must weigh more"):
         BulkDensity().analyse(table)
 
 

@@ -11,7 +11,6 @@ from analysis.equation import uncoded_coefficients
 from designs import Factor, FactorSpace
 from tests.analysis.published import chemical_reaction, filtration_rate, mercaptobenzothiazole, odour
 
-
 REACTION_SPACE = FactorSpace([Factor("Time", 80, 90, "min"), Factor("Temp", 170, 180, "°F")])
 
 
@@ -124,31 +123,32 @@ class TestChemicalReaction:
         assert path["Temp"].iloc[0] == pytest.approx(176.67190, abs=1e-3)
 
 
+FILTRATION_PRINTED = {
+    "A": (21.625, 32.6397),
+    "B": (3.125, 0.681608),
+    "C": (9.875, 6.80626),
+    "D": (14.625, 14.9288),
+    "A*B": (0.125, 0.00109057),
+    "A*C": (-18.125, 22.9293),
+    "A*D": (16.625, 19.2911),
+    "B*C": (2.375, 0.393696),
+    "B*D": (-0.375, 0.00981515),
+    "C*D": (-1.125, 0.0883363),
+    "A*B*C": (1.875, 0.245379),
+    "A*B*D": (4.125, 1.18763),
+    "A*C*D": (-1.625, 0.184307),
+    "B*C*D": (-2.625, 0.480942),
+    "A*B*C*D": (1.375, 0.131959),
+}
+
+
 class TestFiltrationRate:
     """Montgomery's unreplicated 2⁴ factorial: all effects, saturated."""
 
-    PRINTED = {
-        "A": (21.625, 32.6397),
-        "B": (3.125, 0.681608),
-        "C": (9.875, 6.80626),
-        "D": (14.625, 14.9288),
-        "A*B": (0.125, 0.00109057),
-        "A*C": (-18.125, 22.9293),
-        "A*D": (16.625, 19.2911),
-        "B*C": (2.375, 0.393696),
-        "B*D": (-0.375, 0.00981515),
-        "C*D": (-1.125, 0.0883363),
-        "A*B*C": (1.875, 0.245379),
-        "A*B*D": (4.125, 1.18763),
-        "A*C*D": (-1.625, 0.184307),
-        "B*C*D": (-2.625, 0.480942),
-        "A*B*C*D": (1.375, 0.131959),
-    }
-
     def test_effects_and_contributions(self, filtration_report):
         effects = filtration_report.tables["effects"].set_index("Term")
-        assert set(effects.index) == set(self.PRINTED)
-        for term, (effect, share) in self.PRINTED.items():
+        assert set(effects.index) == set(FILTRATION_PRINTED)
+        for term, (effect, share) in FILTRATION_PRINTED.items():
             assert effects.loc[term, "Effect"] == pytest.approx(effect, abs=1e-9), term
             assert effects.loc[term, "Contribution %"] == pytest.approx(share, rel=1e-5), term
 

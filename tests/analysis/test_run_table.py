@@ -89,7 +89,7 @@ def test_wrong_number_of_responses():
 
 
 def test_saturated_model_asked_for_p_values():
-    with pytest.raises(AnalysisError, match="saturated: 4 coefficients from 4 runs.*main_effects"):
+    with pytest.raises(AnalysisError, match=r"saturated: 4 coefficients from 4 runs.*main_effects"):
         Anova(model="interactions").analyse(table(), responses=["y"])
     with pytest.raises(AnalysisError, match="saturated"):
         ResponseSurface(terms="A,B,C,D,A*B,A*C,A*D,B*C,B*D,C*D,A*B*C,A*B*D,A*C*D,B*C*D,A*B*C*D").analyse(

@@ -66,7 +66,7 @@ def test_box_behnken_refuses_other_numbers_of_factors(k):
 
 
 def test_box_behnken_impossible_runs_name_the_nearest():
-    with pytest.raises(DesignError, match="nearest it can have: 12."):
+    with pytest.raises(DesignError, match="nearest it can have: 12"):
         BoxBehnken(runs=11).generate(space(3))
 
 

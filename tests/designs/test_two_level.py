@@ -43,20 +43,23 @@ def test_tabulated_fractions_are_orthogonal_and_have_no_shorter_word_than_search
     columns = fraction(k, words)
     np.testing.assert_array_equal(columns.T @ columns, 2 ** (k - p) * np.eye(k))
     # Resolution from the columns themselves: the smallest set whose product is constant.
-    for size in range(1, 8):
-        if any(
-            abs(np.prod(columns[:, list(s)], axis=1).sum()) == 2 ** (k - p)
-            for s in itertools.combinations(range(k), size)
-        ):
-            break
-    assert resolution_of(k, words) == size
+    constant = 2 ** (k - p)
+    sizes = (
+        size
+        for size in range(1, k + 1)
+        for chosen in itertools.combinations(range(k), size)
+        if abs(np.prod(columns[:, list(chosen)], axis=1).sum()) == constant
+    )
+    assert resolution_of(k, words) == next(sizes)
 
 
 @pytest.mark.parametrize(
     ("k", "resolution", "runs"),
-    [(4, 4, 8), (5, 5, 16), (5, 3, 8), (6, 6, 32), (7, 4, 16), (7, 3, 8), (8, 4, 16), (8, 5, 64), (11, 5, 128), (15, 3, 16),
-     (16, 4, 32)],
-)  # fmt: skip
+    [
+        *[(4, 4, 8), (5, 5, 16), (5, 3, 8), (6, 6, 32), (7, 4, 16), (7, 3, 8)],
+        *[(8, 4, 16), (8, 5, 64), (11, 5, 128), (15, 3, 16), (16, 4, 32)],
+    ],
+)
 def test_smallest_fraction_of_a_resolution(k, resolution, runs):
     design = FractionalFactorial(resolution=resolution).generate(space(k))
     assert len(design) == runs
@@ -105,7 +108,7 @@ def test_generators_that_make_factors_equal_are_refused():
 
 
 def test_impossible_resolution_names_what_exists():
-    with pytest.raises(DesignError, match="resolution 6 and 16 runs. There are: III with 8 runs, V with 16 runs"):
+    with pytest.raises(DesignError, match=r"resolution 6 and 16 runs\. There are: III with 8 runs, V with 16 runs"):
         FractionalFactorial(resolution=6, runs=16).generate(space(5))
 
 
