@@ -15,7 +15,7 @@ from analysis.errors import AnalysisError
 from analysis.property_statistics import describe
 from analysis.report import Report
 from analysis.run_table import numbers
-from designs.space import FactorSpace
+from designs.space import Array, FactorSpace
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,14 +57,7 @@ class BulkDensity(Analyser):
         self.check_responses(responses)
         full, empty = numbers(table, self.full, "full vessel"), numbers(table, self.empty, "empty vessel")
         volume = self._volume(table)
-        if not len(full):
-            raise AnalysisError("The table has no rows. Give one row per weighing.")
-        if (volume <= 0).any() or (empty < 0).any() or (full <= empty).any():
-            bad = int(np.flatnonzero((volume <= 0) | (empty < 0) | (full <= empty))[0])
-            raise AnalysisError(
-                f"Row {bad + 1}: full {full[bad]:g} kg, empty {empty[bad]:g} kg, volume {volume[bad]:g} m³; the "
-                "full vessel must weigh more than the empty one and the volume be positive. Check columns and units."
-            )
+        _check(full, empty, volume)
         density = (full - empty) / volume
         statistics = describe(density)
         u = self._uncertainty(density, volume)
@@ -81,12 +74,24 @@ class BulkDensity(Analyser):
             (sentence,),
         )
 
-    def _volume(self, table: pd.DataFrame) -> np.ndarray:
+    def _volume(self, table: pd.DataFrame) -> Array:
         if isinstance(self.volume, str):
             return numbers(table, self.volume, "volume")
         return np.full(len(table), float(self.volume))
 
-    def _uncertainty(self, density: np.ndarray, volume: np.ndarray) -> float:
+    def _uncertainty(self, density: Array, volume: Array) -> float:
         scatter = float(np.std(density, ddof=1)) / math.sqrt(len(density)) if len(density) > 1 else 0.0
         mean, vessel = float(density.mean()), float(volume.mean())
         return math.sqrt(scatter**2 + 2 * (self.u_mass / vessel) ** 2 + (mean * self.u_volume / vessel) ** 2)
+
+
+def _check(full: Array, empty: Array, volume: Array) -> None:
+    if not len(full):
+        raise AnalysisError("The table has no rows. Give one row per weighing.")
+    bad = np.flatnonzero((volume <= 0) | (empty < 0) | (full <= empty))
+    if bad.size:
+        i = bad[0]
+        raise AnalysisError(
+            f"Row {i + 1}: full {full[i]:g} kg, empty {empty[i]:g} kg, volume {volume[i]:g} m³; the full vessel must "
+            "weigh more than the empty one and the volume be positive. Check columns and units."
+        )

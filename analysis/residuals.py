@@ -15,7 +15,7 @@ from statsmodels.stats.stattools import durbin_watson
 from analysis.model_choice import ModelAnalyser
 from analysis.regression import FittedModel, residual_ss
 from analysis.report import Report
-from designs.space import FactorSpace
+from designs.space import Array, FactorSpace
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,14 +34,7 @@ def residual_table(fit: FittedModel) -> pd.DataFrame:
     """
     fit.require_error_df("residuals")
     n, p = fit.matrix.shape
-    spare = np.clip(1 - fit.leverage, 1e-12, None)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        standardised = np.where(spare > 1e-9, fit.residuals / (fit.s * np.sqrt(spare)), np.nan)
-        cook = standardised**2 * fit.leverage / (p * spare)
-        inner = (fit.error_df - standardised**2) / max(fit.error_df - 1, 1)
-        deleted = np.where(
-            inner > 1e-12, standardised / np.sqrt(np.clip(inner, 1e-12, None)), np.sign(standardised) * np.inf
-        )
+    standardised, deleted, cook = _scaled(fit)
     large = np.abs(standardised) > _LARGE
     unusual = fit.leverage > min(3 * p / n, 0.99)
     flags = ["".join(["R" * bool(r), "X" * bool(x)]) for r, x in zip(large, unusual, strict=True)]
@@ -52,12 +45,25 @@ def residual_table(fit: FittedModel) -> pd.DataFrame:
             "Fitted": fit.fitted,
             "Residual": fit.residuals,
             "Standardised": standardised,
-            "Deleted": deleted if fit.error_df > 1 else np.full(n, np.nan),
+            "Deleted": deleted,
             "Leverage": fit.leverage,
             "Cook": cook,
             "Flag": flags,
         }
     )
+
+
+def _scaled(fit: FittedModel) -> tuple[Array, Array, Array]:
+    """Return standardised residual, deleted residual and Cook's D; NaN where a run determines a coefficient alone."""
+    n, p = fit.matrix.shape
+    spare = np.where(fit.leverage < 1 - 1e-9, 1 - fit.leverage, np.nan)
+    standardised = fit.residuals / (fit.s * np.sqrt(spare)) if fit.s > 0 else np.zeros(n)
+    if fit.error_df > 1:
+        rest = np.clip((fit.error_df - standardised**2) / (fit.error_df - 1), 1e-12, None)
+        deleted = standardised / np.sqrt(rest)
+    else:
+        deleted = np.full(n, np.nan)
+    return standardised, deleted, standardised**2 * fit.leverage / (p * spare)
 
 
 def box_cox(fit: FittedModel) -> tuple[float, float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
@@ -17,7 +18,7 @@ from analysis.model_choice import ModelAnalyser
 from analysis.model_summary import summary_numbers, summary_sentences, summary_table
 from analysis.regression import FittedModel
 from analysis.report import Report
-from analysis.selection import METHODS, Selection, is_hierarchical, select
+from analysis.selection import Selection, is_hierarchical, select
 from analysis.sequential import sequential_summary
 from designs.space import FactorSpace
 
@@ -61,36 +62,32 @@ class ResponseSurface(ModelAnalyser):
         fit = chosen.fit
         fit.require_error_df("p-values")
         anova = anova_table(fit, self.ss_type)
-        tables = {
-            "sequential_models": sequential_summary(fit.runs, response, self.alpha),
+        point, others = stationary_point(fit), self._alternatives(chosen)
+        sentences = (
+            f"Model: {chosen.method}. Kept: {', '.join(fit.labels()) or 'the constant only'}.",
+            f"In natural units: {equation(fit)}.",
+            *_doubts(chosen, others, self.alpha),
+            *anova_sentences(fit, anova, self.alpha),
+            *summary_sentences(fit),
+            *([point.sentence()] if point is not None else []),
+        )
+        tables = self._tables(chosen, others, anova)
+        if point is not None:
+            tables["stationary_point"] = point.table()
+        details = {"fit": fit, "selection": chosen}
+        return Report(self.name, response, tables, summary_numbers(fit), sentences, _advice(chosen, point), details)
+
+    def _tables(self, chosen: Selection, others: Sequence[Selection], anova: pd.DataFrame) -> dict[str, pd.DataFrame]:
+        fit = chosen.fit
+        return {
+            "sequential_models": sequential_summary(fit.runs, fit.response, self.alpha),
             "selection": chosen.path,
-            "model_comparison": self._comparison(chosen),
+            "model_comparison": _comparison(chosen, others),
             "anova": anova,
             "coefficients": fit.coefficient_table(),
             "uncoded_coefficients": _uncoded_table(fit),
             "model_summary": summary_table(fit),
         }
-        point = stationary_point(fit)
-        sentences = [
-            f"Model: {chosen.method}. Kept: {', '.join(fit.labels()) or 'the constant only'}.",
-            f"In natural units: {equation(fit)}.",
-            *self._doubts(chosen),
-            *anova_sentences(fit, anova, self.alpha),
-            *summary_sentences(fit),
-        ]
-        if point is not None:
-            tables["stationary_point"] = point.table()
-            sentences.append(point.sentence())
-        numbers = summary_numbers(fit)
-        return Report(
-            self.name,
-            response,
-            tables,
-            numbers,
-            tuple(sentences),
-            _advice(chosen, point),
-            {"fit": fit, "selection": chosen},
-        )
 
     def figures(self, report: Report) -> dict[str, Figure]:
         """Return Pareto chart, residuals, predicted against actual, contours and surface."""
@@ -109,56 +106,57 @@ class ResponseSurface(ModelAnalyser):
         figures.update(surfaces(fit))
         return figures
 
-    def _comparison(self, chosen: Selection) -> pd.DataFrame:
-        """Return what other ways of selecting from the same terms would have kept."""
-        ways = [("all terms", chosen.full)] if chosen.full.error_df else []
-        for method in METHODS[1:]:
-            for hierarchy in ("each_step", "none") if method == "backward" else ("each_step",):
-                other = self._select_again(chosen, method, hierarchy)
-                if other is not None:
-                    ways.append((other.method, other.fit))
-        return pd.DataFrame(
-            {
-                "Way": way,
-                "Terms": ", ".join(fit.labels()) or "constant",
-                "S": fit.s,
-                "R2 %": fit.r_squared,
-                "R2 pred %": fit.r_squared_predicted,
-                "AICc": fit.information("aicc"),
-                "BIC": fit.information("bic"),
-            }
-            for way, fit in ways
-        )
-
-    def _select_again(self, chosen: Selection, method: str, hierarchy: str) -> Selection | None:
-        fit = chosen.fit
-        try:
+    def _alternatives(self, chosen: Selection) -> list[Selection]:
+        """Return what other ways of selecting from the same terms keep."""
+        ways = [
+            ("backward", "each_step"),
+            ("backward", "none"),
+            ("forward_aicc", "each_step"),
+            ("forward_bic", "each_step"),
+        ]
+        found, fit = [], chosen.fit
+        for method, hierarchy in ways:
             terms = self.candidate_terms(fit.runs)
-            return select(fit.runs, fit.response, terms, method=method, alpha=self.alpha, hierarchy=hierarchy)
-        except AnalysisError:  # a saturated full model has no backward elimination
-            return None
-
-    def _doubts(self, chosen: Selection) -> list[str]:
-        """Return the close calls, and disagreements between criteria."""
-        sentences = [call.sentence(self.alpha) for call in chosen.close_calls]
-        if not is_hierarchical(chosen.fit.terms):
-            sentences.append(
-                "The model isn't hierarchical: a square or product is in it without its linear terms, so the kept "
-                "terms depend on how the factors are coded."
-            )
-        for method in ("forward_aicc", "forward_bic"):
-            other = self._select_again(chosen, method, "each_step")
-            if other is None or set(other.fit.terms) == set(chosen.fit.terms):
-                continue
-            more = [label for label in other.fit.labels() if label not in chosen.fit.labels()]
-            fewer = [label for label in chosen.fit.labels() if label not in other.fit.labels()]
-            changes = [f"adds {', '.join(more)}"] * bool(more) + [f"drops {', '.join(fewer)}"] * bool(fewer)
-            sentences.append(
-                f"{other.method.capitalize()} disagrees: it {' and '.join(changes)}.".replace("aicc", "AICc").replace(
-                    "bic", "BIC"
+            with contextlib.suppress(AnalysisError):  # a saturated full model has no backward elimination
+                found.append(
+                    select(fit.runs, fit.response, terms, method=method, alpha=self.alpha, hierarchy=hierarchy)
                 )
-            )
-        return sentences
+        return found
+
+
+def _comparison(chosen: Selection, others: Sequence[Selection]) -> pd.DataFrame:
+    ways = {"all terms": chosen.full} if chosen.full.error_df else {}
+    ways |= {other.method: other.fit for other in others}
+    return pd.DataFrame(
+        {
+            "Way": way,
+            "Terms": ", ".join(fit.labels()) or "constant",
+            "S": fit.s,
+            "R2 %": fit.r_squared,
+            "R2 pred %": fit.r_squared_predicted,
+            "AICc": fit.information("aicc"),
+            "BIC": fit.information("bic"),
+        }
+        for way, fit in ways.items()
+    )
+
+
+def _doubts(chosen: Selection, others: Sequence[Selection], alpha: float) -> list[str]:
+    """Return the close calls, and where forward selection by a criterion keeps other terms."""
+    sentences = [call.sentence(alpha) for call in chosen.close_calls]
+    if not is_hierarchical(chosen.fit.terms):
+        sentences.append(
+            "The model isn't hierarchical: a square or product is in it without its linear terms, so the kept terms "
+            "depend on how the factors are coded."
+        )
+    mine = chosen.fit.labels()
+    for other in others:
+        theirs = other.fit.labels()
+        more, fewer = [t for t in theirs if t not in mine], [t for t in mine if t not in theirs]
+        if other.method.startswith("forward") and (more or fewer):
+            changes = [f"adds {', '.join(more)}"] * bool(more) + [f"drops {', '.join(fewer)}"] * bool(fewer)
+            sentences.append(f"F{other.method[1:]} disagrees: it {' and '.join(changes)}.")
+    return sentences
 
 
 def _uncoded_table(fit: FittedModel) -> pd.DataFrame:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -44,26 +43,25 @@ def alias_table(coded: Array, names: Sequence[str]) -> pd.DataFrame:
     main, interactions = model_terms(k, "linear"), interaction_terms(k, 2)
     fitted, omitted = model_matrix(coded, main), model_matrix(coded, interactions, constant=False)
     bias = np.linalg.pinv(fitted) @ omitted
-    rows = [
-        (term.label(names), alias.label(names), bias[i + 1, j])
-        for i, term in enumerate(main)
-        for j, alias in enumerate(interactions)
-        if abs(bias[i + 1, j]) > 1e-9
-    ]
+    labels = [alias.label(names) for alias in interactions]
+    rows = [(names[i], labels[j], float(bias[i + 1, j])) for i, j in np.argwhere(np.abs(bias[1:]) > 1e-9)]
     rows += _coinciding(interactions, omitted, names)
     return pd.DataFrame(rows, columns=["term", "alias", "coefficient"])
 
 
 def _coinciding(terms: Sequence[Term], columns: Array, names: Sequence[str]) -> list[tuple[str, str, float]]:
+    """Return the interactions whose columns are equal or opposite, each group against its first term."""
     centred = columns - columns.mean(axis=0)
     norms = np.linalg.norm(centred, axis=0)
-    norms[norms == 0] = np.inf
-    correlation = (centred / norms).T @ (centred / norms)
-    return [
-        (terms[i].label(names), terms[j].label(names), float(np.sign(correlation[i, j])))
-        for i, j in itertools.combinations(range(len(terms)), 2)
-        if abs(correlation[i, j]) > 1 - 1e-9
-    ]
+    first: dict[bytes, tuple[int, float]] = {}
+    found = []
+    for j in np.flatnonzero(norms > 1e-9):
+        direction = np.round(centred[:, j] / norms[j], 7) + 0.0
+        sign = float(np.sign(direction[np.flatnonzero(direction)[0]]))
+        i, its_sign = first.setdefault((direction * sign + 0.0).tobytes(), (int(j), sign))
+        if i != j:
+            found.append((terms[i].label(names), terms[j].label(names), sign * its_sign))
+    return found
 
 
 def alias_text(table: pd.DataFrame, names: Sequence[str]) -> str:

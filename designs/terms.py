@@ -43,7 +43,11 @@ class Term:
 
     def column(self, coded: Array) -> Array:
         """Return the term's values, shape (n,), at coded points of shape (n, k)."""
-        return np.prod(coded ** np.asarray(self.powers), axis=1)
+        value = np.ones(len(coded))
+        for i, power in enumerate(self.powers):
+            if power:  # most powers of an interaction in many factors are 0
+                value *= coded[:, i] ** power
+        return value
 
     def contains(self, other: Term) -> bool:
         """Return whether the other term divides this one and differs from it (hierarchy: F*D contains F)."""
