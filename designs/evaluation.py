@@ -44,7 +44,7 @@ def alias_table(coded: Array, names: Sequence[str]) -> pd.DataFrame:
     fitted, omitted = model_matrix(coded, main), model_matrix(coded, interactions, constant=False)
     bias = np.linalg.pinv(fitted) @ omitted
     labels = [alias.label(names) for alias in interactions]
-    rows = [(names[i], labels[j], float(bias[i + 1, j])) for i, j in np.argwhere(np.abs(bias[1:]) > 1e-9)]
+    rows = [(names[i], labels[j], float(bias[i + 1, j])) for i, j in np.argwhere(np.abs(bias[1:]) > 1e-9).tolist()]
     rows += _coinciding(interactions, omitted, names)
     return pd.DataFrame(rows, columns=["term", "alias", "coefficient"])
 
@@ -60,7 +60,7 @@ def _coinciding(terms: Sequence[Term], columns: Array, names: Sequence[str]) -> 
         sign = float(np.sign(direction[np.flatnonzero(direction)[0]]))
         i, its_sign = first.setdefault((direction * sign + 0.0).tobytes(), (int(j), sign))
         if i != j:
-            found.append((terms[i].label(names), terms[j].label(names), sign * its_sign))
+            found.append((terms[i].label(names), terms[int(j)].label(names), sign * its_sign))
     return found
 
 
@@ -75,7 +75,8 @@ def alias_text(table: pd.DataFrame, names: Sequence[str]) -> str:
         parts = [_signed(c, a) for a, c in zip(shown["alias"], shown["coefficient"], strict=True)]
         more = len(group) - len(shown)
         lines.append(f"{term} = {term} {' '.join(parts)}" + (f" … and {more} more" if more else ""))
-    clear = [name for name in names if name not in set(table["term"])]
+    biased = set(table["term"])
+    clear = [name for name in names if name not in biased]
     if clear:
         lines.append(f"Clear of two-factor interactions: {', '.join(clear)}")
     return "\n".join(lines)
