@@ -107,7 +107,7 @@ def test_lack_of_fit_without_replicates_and_with_equal_ones():
     assert "seed of their own" in text
 
 
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 10_000))
 def test_uncoded_equation_predicts_what_the_coded_model_does(seed):
     table, space = random_table(seed)
@@ -119,7 +119,7 @@ def test_uncoded_equation_predicts_what_the_coded_model_does(seed):
     assert "ln(b)" in equation(fit)
 
 
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 10_000))
 def test_hierarchy_at_each_step_ends_hierarchical(seed):
     table, space = random_table(seed, noise=3.0)
@@ -208,7 +208,7 @@ def test_sequential_models():
     assert rows.loc["Cubic", "Note"] == "Aliased"
 
 
-@settings(max_examples=30)
+@settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10_000), maximise=st.booleans())
 def test_steepest_path_beats_every_other_point_of_its_sphere(seed, maximise):
     from analysis.canonical import steepest_path

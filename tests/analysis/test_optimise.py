@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis import AnalysisError, Goal, Optimise
@@ -113,6 +113,7 @@ def test_desirability_by_its_definition():
     )
 
 
+@settings(deadline=None)
 @given(y=st.floats(-100, 100), weight=st.floats(0.1, 10))
 def test_desirability_stays_between_zero_and_one(y, weight):
     for goal in (Goal("y", low=-3, high=5, weight=weight), Goal("y", "target", -3, 5, target=1.0, weight=weight)):

@@ -41,6 +41,22 @@ def test_as_good_as_trying_everything(seed):
     assert log_determinant(design.coded.to_numpy(), "quadratic") >= best - 1e-9
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_no_single_exchange_would_be_better(seed):
+    """Fedorov's exchange ends where no swap of a new run for a candidate raises the determinant."""
+    five = space(5)
+    old = LatinHypercube(runs=7).generate(five, seed=seed).table
+    candidates = LatinHypercube(runs=40).generate(five, seed=seed + 50).natural
+    generator = DOptimal(existing=old, candidates=candidates, added_runs=9, fit="interactions", starts=1)
+    chosen = generator.generate(five).coded.to_numpy()
+    best, rows = log_determinant(chosen, "interactions"), five.to_coded(candidates)
+    for run in range(7, 16):
+        for candidate in rows:
+            swapped = chosen.copy()
+            swapped[run] = candidate
+            assert log_determinant(swapped, "interactions") <= best + 1e-4
+
+
 def test_augmentation_keeps_the_runs_that_exist():
     old = PlackettBurman(centre_points=2).generate(space(4), seed=5)
     new = DOptimal(existing=old.table, fit="quadratic", added_runs=9).generate(space(4), seed=1)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from designs import DesignError, Factor, FactorSpace
 
 
+@settings(deadline=None)
 @given(
     low=st.floats(-1e6, 1e6),
     span=st.floats(1e-3, 1e6),
@@ -22,6 +23,7 @@ def test_coding_goes_there_and_back(low, span, coded):
     assert list(factor.to_natural(np.array([-1.0, 1.0]))) == [low, low + span]
 
 
+@settings(deadline=None)
 @given(exponent=st.floats(-5, 9), decades=st.floats(0.1, 6), coded=st.floats(-1.5, 1.5))
 def test_log_coding_goes_there_and_back(exponent, decades, coded):
     low = 10.0**exponent

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import qmc
 
@@ -19,6 +19,7 @@ def unit(design):
     return (design.coded.to_numpy() + 1) / 2
 
 
+@settings(deadline=None)
 @given(n=st.integers(2, 60), k=st.integers(1, 8), seed=st.integers(0, 1000))
 def test_latin_hypercube_has_one_run_in_each_slice(n, k, seed):
     points = unit(LatinHypercube(runs=n).generate(space(k), seed=seed))

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pyDOE3
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from designs import DesignError, Factor, FactorSpace, FractionalFactorial, FullFactorial, PlackettBurman
@@ -133,6 +133,7 @@ def test_plackett_burman_12_is_the_published_one():
     assert np.linalg.matrix_rank(theirs) == np.linalg.matrix_rank(ours) == 11
 
 
+@settings(deadline=None)
 @given(k=st.integers(2, 60))
 def test_plackett_burman_for_any_number_of_factors(k):
     """Also for 24–27, 32–35, 40–43 and 48–59 factors, where pyDOE3 has no matrix."""
