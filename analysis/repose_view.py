@@ -22,6 +22,7 @@ FLATTEST_DEG = 2.0
 STEEPEST_DEG = 75.0
 LARGEST_DIFFERENCE_DEG = 20.0
 SMALLEST_DETERMINATION = 0.35
+LOWEST_SUMMIT = 0.85
 # Shares of Otsu's threshold that a careful eye would have accepted as well.
 THRESHOLD_FACTORS = (0.75, 1.25)
 
@@ -82,6 +83,7 @@ def measure_view(picture: NDArray[np.uint8], settings: ImageSettings, name: str)
     axis = silhouette.middle if settings.axis_px is None else silhouette.along_base(settings.axis_px - corner[0])
     left, right = _flanks(silhouette, axis, half_width, settings.window)
     _check_flanks(left, right, name)
+    _check_summit(silhouette, axis, left, right, name)
     view = ReposeView(
         name, left, right, silhouette, corner, axis, half_width, settings.window, (), (), part
     )
@@ -112,6 +114,14 @@ def _check_flanks(left: FlankLine, right: FlankLine, name: str) -> None:
     worst = min(left.determination, right.determination)
     if worst < SMALLEST_DETERMINATION:
         raise no_heap(name, f"its flanks are no straight lines (R² = {worst:.2f}; {seen})")
+
+
+def _check_summit(silhouette: Silhouette, axis: float, left: FlankLine, right: FlankLine, name: str) -> None:
+    """Refuse an outline that falls away between its flanks: two heaps, or a heap with a hole."""
+    central = np.abs(silhouette.across - axis) <= left.low / 2.0
+    shoulder = (left.height(left.low) + right.height(right.low)) / 2.0
+    if central.any() and np.median(silhouette.height[central]) < LOWEST_SUMMIT * shoulder:
+        raise no_heap(name, "the outline dips between its two flanks, as that of two heaps does")
 
 
 def _mean_angle(silhouette: Silhouette, axis: float, half_width: float, window: FitWindow) -> float:
