@@ -79,8 +79,8 @@ def binarise(picture: NDArray[np.uint8], noise_filter_px: int, name: str) -> Bin
         raise AnalysisError(
             f"No heap found in {name}: nothing stands out from the background (contrast {contrast:.1f} grey levels of "
             f"255, background scatter {noise:.1f}). Allowed: a contrast of at least {FAINTEST_CONTRAST:.0f} and "
-            f"{FEWEST_NOISE_WIDTHS:.0f} times the scatter. Photograph the heap before a plain, evenly lit background of "
-            "another colour."
+            f"{FEWEST_NOISE_WIDTHS:.0f} times the scatter. Photograph the heap before a plain, evenly lit background "
+            "of another colour."
         )
     return BinaryImage(difference, threshold, contrast, noise, noise_filter_px)
 

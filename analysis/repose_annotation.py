@@ -35,9 +35,10 @@ def annotate_view(view: ReposeView) -> Picture:
     _draw_base(canvas, view, scale)
     for side, line, colour in ((-1.0, view.left, FLANKS[0]), (1.0, view.right, FLANKS[1])):
         _draw_flank(canvas, view, (side, scale), line, colour)
+    tilt = round(view.silhouette.tilt_deg, 1) + 0.0
     caption = (
         f"{view.name}:  left {view.left.angle_deg:.1f}°  right {view.right.angle_deg:.1f}°  "
-        f"mean {view.angle_deg:.1f}°  tilt {round(view.silhouette.tilt_deg, 1) + 0.0:.1f}° ({view.silhouette.tilt_source})"
+        f"mean {view.angle_deg:.1f}°  tilt {tilt:.1f}° ({view.silhouette.tilt_source})"
     )
     return np.vstack([_strip(caption, WIDTH, 0.75), canvas])
 

@@ -123,7 +123,7 @@ class SectorProfile:
 METHODS: dict[str, Any] = {"rings": RingProfile, "sectors": SectorProfile}
 
 
-def _ratio(total: Array, count: Any) -> Array:
+def _ratio(total: Any, count: Any) -> Array:
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 

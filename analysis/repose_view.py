@@ -84,9 +84,7 @@ def measure_view(picture: NDArray[np.uint8], settings: ImageSettings, name: str)
     left, right = _flanks(silhouette, axis, half_width, settings.window)
     _check_flanks(left, right, name)
     _check_summit(silhouette, axis, left, right, name)
-    view = ReposeView(
-        name, left, right, silhouette, corner, axis, half_width, settings.window, (), (), part
-    )
+    view = ReposeView(name, left, right, silhouette, corner, axis, half_width, settings.window, (), (), part)
     return replace(
         view,
         window_angles_deg=_window_angles(view),
@@ -94,9 +92,7 @@ def measure_view(picture: NDArray[np.uint8], settings: ImageSettings, name: str)
     )
 
 
-def _flanks(
-    silhouette: Silhouette, axis: float, half_width: float, window: FitWindow
-) -> tuple[FlankLine, FlankLine]:
+def _flanks(silhouette: Silhouette, axis: float, half_width: float, window: FitWindow) -> tuple[FlankLine, FlankLine]:
     distance = silhouette.across - axis
     limits = window.limits(half_width)
     left = fit_flank(-distance, silhouette.height, limits, FEWEST_COLUMNS)
@@ -134,9 +130,7 @@ def _mean_angle(silhouette: Silhouette, axis: float, half_width: float, window: 
 
 
 def _window_angles(view: ReposeView) -> tuple[float, ...]:
-    angles = (
-        _mean_angle(view.silhouette, view.axis, view.half_width, window) for window in view.window.alternatives()
-    )
+    angles = (_mean_angle(view.silhouette, view.axis, view.half_width, window) for window in view.window.alternatives())
     return tuple(angle for angle in angles if math.isfinite(angle))
 
 

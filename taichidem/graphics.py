@@ -19,9 +19,10 @@ PROBE_SECONDS = 60
 PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
 from vtkmodules.vtkFiltersSources import vtkSphereSource
-from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
-source, mapper, actor, renderer, window, grab = (vtkSphereSource(), vtkPolyDataMapper(), vtkActor(), vtkRenderer(),
-                                                 vtkRenderWindow(), vtkWindowToImageFilter())
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow
+from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+source, mapper, actor = vtkSphereSource(), vtkPolyDataMapper(), vtkActor()
+renderer, window, grab = vtkRenderer(), vtkRenderWindow(), vtkWindowToImageFilter()
 mapper.SetInputConnection(source.GetOutputPort())
 actor.SetMapper(mapper)
 renderer.AddActor(actor)
@@ -95,6 +96,7 @@ def _message(said: list[str]) -> str:
         "No picture can be drawn here: VTK finds no OpenGL library that works without a screen. "
         f"Tried: {'; '.join(said)}. Needed: PyVista with VTK 9.4 or newer, and EGL or OSMesa with a software driver. "
         "Cure on Debian or Ubuntu: apt-get install --no-install-recommends libegl1 libgl1 libgl1-mesa-dri. "
-        'On Fedora: dnf install mesa-libEGL mesa-dri-drivers. With conda: conda install -c conda-forge "vtk>=9.4" "mesalib<25.1". '
+        "On Fedora: dnf install mesa-libEGL mesa-dri-drivers. "
+        'With conda: conda install -c conda-forge "vtk>=9.4" "mesalib<25.1". '
         'With pip: pip install --upgrade "vtk>=9.4" pyvista (the old vtk-osmesa wheels end at 9.3).'
     )

@@ -97,7 +97,7 @@ def side_views(
     if not (math.isfinite(scale) and scale > 0):
         raise InputError(f"pixels_per_metre given: {pixels_per_metre}. Allowed: a positive number, or None.")
     columns, rows = round(2.0 * half_width * scale), round((high - low) * scale)
-    if not (1 <= min(columns, rows) and max(columns, rows) <= LARGEST_SIDE_PX):
+    if not (min(columns, rows) >= 1 and max(columns, rows) <= LARGEST_SIDE_PX):
         raise InputError(
             f"The picture would be {columns} × {rows} pixels. Allowed: 1 to {LARGEST_SIDE_PX} each way. "
             "Change pixels_per_metre or extent."

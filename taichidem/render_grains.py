@@ -29,8 +29,8 @@ def check_grains(positions: Any, radii: Any) -> tuple[Array, Array]:
     sizes = np.broadcast_to(sizes, (len(places),)).copy()
     if not (np.isfinite(places).all() and np.isfinite(sizes).all() and (sizes > 0).all()):
         raise InputError(
-            "positions or radii given hold NaN, infinite or non-positive values. Allowed: finite positions and positive "
-            "radii. Leave out removed grains."
+            "positions or radii given hold NaN, infinite or non-positive values. Allowed: finite positions and "
+            "positive radii. Leave out removed grains."
         )
     return places, sizes
 
@@ -49,7 +49,9 @@ def rotation_matrices(orientations: Any, count: int) -> Array:
     """
     quaternions = np.asarray(orientations, dtype=np.float64)
     if quaternions.shape != (count, 4):
-        raise InputError(f"orientations given: shape {quaternions.shape}. Allowed: ({count}, 4), quaternions w, x, y, z.")
+        raise InputError(
+            f"orientations given: shape {quaternions.shape}. Allowed: ({count}, 4), quaternions w, x, y, z."
+        )
     length = np.linalg.norm(quaternions, axis=1)
     if not np.all(np.abs(length - 1.0) < 0.01):
         raise InputError(

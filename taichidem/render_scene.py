@@ -52,7 +52,8 @@ def shoot(plotter: Any) -> NDArray[np.uint8]:
     """Draw the scene anew and return it: a screenshot alone repeats the first picture."""
     if plotter.render_window.GetNeverRendered():
         plotter.show(auto_close=False)
-    plotter.render()
+    else:
+        plotter.render()
     return np.array(plotter.screenshot(None, return_img=True), dtype=np.uint8)[:, :, :3]
 
 

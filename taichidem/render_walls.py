@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Union
+from typing import Any
 
 import numpy as np
 import pyvista as pv
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from taichidem.errors import InputError, unknown_name
 
-Wall = Union[pv.PolyData, Mapping[str, Any]]
+Wall = pv.PolyData | Mapping[str, Any]
 AROUND = 256
 
 
@@ -60,7 +60,9 @@ def cup_walls(radius: float, height: float, floor: float = 0.0) -> list[dict[str
 def _frustum(low: tuple[float, float], high: tuple[float, float]) -> pv.PolyData:
     """Return the side of a frustum about z given radius and height of both ends."""
     turn = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
-    rings = [np.stack([radius * np.cos(turn), radius * np.sin(turn), np.full(AROUND, z)], 1) for radius, z in (low, high)]
+    rings = [
+        np.stack([radius * np.cos(turn), radius * np.sin(turn), np.full(AROUND, z)], 1) for radius, z in (low, high)
+    ]
     here = np.arange(AROUND)
     after = (here + 1) % AROUND
     faces = np.stack([here, after, after + AROUND, here + AROUND], axis=1)
@@ -129,7 +131,9 @@ def _ends(wall: Mapping[str, Any]) -> tuple[float, float]:
     low, high = wall.get("low"), wall.get("high")
     numbers = all(isinstance(end, (int, float, np.number)) and np.isfinite(end) for end in (low, high))
     if not numbers or not low < high:  # type: ignore[operator]
-        raise InputError(f"Ends of a {wall.get('kind')} wall given: low={low!r}, high={high!r}. Allowed: low < high [m].")
+        raise InputError(
+            f"Ends of a {wall.get('kind')} wall given: low={low!r}, high={high!r}. Allowed: low < high [m]."
+        )
     return float(low), float(high)  # type: ignore[arg-type]
 
 
