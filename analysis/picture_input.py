@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, Union
+from typing import Any, TypeAlias
 
 import cv2
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.errors import AnalysisError
 
-PictureSource = Union[str, "os.PathLike[str]", NDArray[Any]]
+PictureSource: TypeAlias = str | os.PathLike[str] | NDArray[Any]
 Region = tuple[int, int, int, int]
 
 SMALLEST_SIDE = 40

@@ -33,7 +33,7 @@ window.Render()
 grab.SetInput(window)
 grab.Update()
 low, high = grab.GetOutput().GetScalarRange()
-print("drawn" if high - low > 50 else "blank")
+print("drawn", window.GetClassName() if high - low > 50 else "")
 """
 
 
@@ -50,12 +50,13 @@ def require_graphics() -> None:
         return
     said = []
     for window in _windows():
-        drawn, output = _try_window(window)
+        drawn, outcome = _try_window(window)
         if drawn:
+            # VTK falls back by itself, with warnings: what it ended with is asked for at once from now on.
             if window:
-                os.environ[CHOICE] = window
+                os.environ[CHOICE] = drawn
             return
-        said.append(output)
+        said.append(f"{window or os.environ.get(CHOICE) or 'the default window'} ({outcome})")
     raise EnvironmentProblem(_message(said))
 
 
@@ -69,8 +70,8 @@ def _windows() -> tuple[str, ...]:
     return ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow") + (("",) if os.environ.get("DISPLAY") else ())
 
 
-def _try_window(window: str) -> tuple[bool, str]:
-    """Draw a sphere in a child process; return whether it came out, and what was said otherwise."""
+def _try_window(window: str) -> tuple[str, str]:
+    """Draw a sphere in a child process; return the kind of window that did, or "", and what happened else."""
     environment = dict(os.environ)
     if window:
         environment[CHOICE] = window
@@ -85,16 +86,21 @@ def _try_window(window: str) -> tuple[bool, str]:
             check=False,
         )
     except (OSError, subprocess.TimeoutExpired) as problem:
-        return False, str(problem)
-    end = f"ended with code {done.returncode}" if done.returncode else "drew nothing"
-    lines = [line.split("|")[-1].strip() for line in done.stderr.splitlines() if line.strip()]
-    return done.returncode == 0 and "drawn" in done.stdout, f"{window or 'default'}: {' '.join(lines[-2:])} ({end})"
+        return "", str(problem)
+    words = done.stdout.split()
+    if done.returncode == 0 and len(words) == 2:
+        return words[1], ""
+    if done.returncode < 0:
+        return "", f"VTK crashed with signal {-done.returncode}"
+    return "", done.stderr.strip().splitlines()[
+        -1
+    ] if done.returncode and done.stderr.strip() else "the picture was blank"
 
 
 def _message(said: list[str]) -> str:
     return (
         "No picture can be drawn here: VTK finds no OpenGL library that works without a screen. "
-        f"Tried: {'; '.join(said)}. Needed: PyVista with VTK 9.4 or newer, and EGL or OSMesa with a software driver. "
+        f"Tried: {', '.join(said)}. Needed: PyVista with VTK 9.4 or newer, and EGL or OSMesa with a software driver. "
         "Cure on Debian or Ubuntu: apt-get install --no-install-recommends libegl1 libgl1 libgl1-mesa-dri. "
         "On Fedora: dnf install mesa-libEGL mesa-dri-drivers. "
         'With conda: conda install -c conda-forge "vtk>=9.4" "mesalib<25.1". '

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pyvista as pv
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from taichidem.errors import InputError, unknown_name
 
-Wall = pv.PolyData | Mapping[str, Any]
+Wall: TypeAlias = pv.PolyData | Mapping[str, Any]
 AROUND = 256
 
 
