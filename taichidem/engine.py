@@ -2,7 +2,7 @@
 
 `worlds`: the outermost loop runs over worlds and each advances many steps inside one launch; one thread owns a world, so
 the third law needs no atomics. For the small worlds of bulk tests.
-`particles`: the outermost loop runs over elements, with a launch per stage. For one big heap, or a GPU.
+`particles` (particles_schedule.py): the outermost loop runs over elements, a launch per stage. For one big heap, or a GPU.
 Both call the same functions and give the same bits.
 """
 
@@ -14,6 +14,7 @@ from taichidem.contacts import Contacts
 from taichidem.effects.law import Law
 from taichidem.integrate import Integrator
 from taichidem.neighbours import Neighbours
+from taichidem.particles_schedule import ParticlesSchedule
 from taichidem.shapes.sphere import Sphere
 from taichidem.state import Sizes, State, Status
 from taichidem.tables import TableAccess
@@ -29,13 +30,13 @@ CPU_LANES = 512
 class Engine:
     """Tables and kernels for one composition of effects, reused for every scene that fits."""
 
-    def __init__(self, effects: tuple, sizes: Sizes, single: bool, lanes: int = CPU_LANES) -> None:
+    def __init__(self, effects: tuple, sizes: Sizes, single: bool, schedule: str = "worlds", lanes: int = CPU_LANES) -> None:
         self.arena = Arena()
         self.law = Law(effects)
         self.sizes = sizes
         self.single = single
         self.lanes = lanes
-        self.state = State(self.arena, sizes, single, self.law.memories, KINDS)
+        self.state = State(self.arena, sizes, single, self.law.memories, KINDS, schedule == "particles")
         self.law.allocate(self.arena, sizes.pair_rows, sizes.worlds, self.state.past)
         self.wall_motion = WallMotion(self.state)
         self.integrator = Integrator(self.state)
@@ -44,6 +45,7 @@ class Engine:
         self.worlds = self.state.worlds
         self.arena.seal()
         self.access = self._access()
+        self.particles = ParticlesSchedule(self) if schedule == "particles" else None
         self.user: object = None  # the simulation that holds it now
 
     def _access(self) -> dict:

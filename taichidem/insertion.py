@@ -59,7 +59,8 @@ class BoxRegion:
         """Raise InputError unless one grain fits."""
         if np.any(np.subtract(self.upper, self.lower) < 2 * grain_radius):
             raise InputError(
-                f"The region from {self.lower} to {self.upper} m is smaller than one grain of radius {grain_radius:g} m. Widen it."
+                f"The region from {self.lower} to {self.upper} m is smaller than one grain of radius {grain_radius:g} m. "
+                "Widen it."
             )
 
     def sample(self, rng: np.random.Generator, count: int, grain_radius: float) -> np.ndarray:
@@ -113,7 +114,8 @@ def fill_at_random(
         share = count * 4 / 3 * np.pi * radius**3 / region.volume()
         raise InputError(
             f"Only {len(placed)} of {count} grains of radius {radius:g} m found a place at random; they would fill "
-            f"{100 * share:.0f} % of the region, and beyond about 30 % hardly any place is free. Enlarge the region or ask for fewer."
+            f"{100 * share:.0f} % of the region, and beyond about 30 % hardly any place is free. Enlarge the region "
+            "or ask for fewer."
         )
     return placed
 

@@ -17,7 +17,7 @@ from taichidem.walls.mesh_grid import MeshGrid, sort_facets
 
 KIND_NAMES = [kind.name for kind in KINDS]
 FACET = KIND_NAMES.index("facet")
-DEFAULT_SKIN = 0.2  # of the largest radius; a pour rebuilds every few dozen steps, a settled bed hardly ever
+DEFAULT_SKIN = 0.4  # of the largest radius: a pour rebuilds its lists every few dozen steps, a settled bed hardly ever
 
 
 @dataclass

@@ -16,19 +16,19 @@ MOST_ENGINES = 24  # far below Taichi's 512 trees per process
 _engines: OrderedDict[tuple, tuple[Engine, Exchange, Stepper]] = OrderedDict()
 
 
-def engine_for(scenes: Sequence[Scene]) -> tuple[Engine, Exchange, Stepper]:
+def engine_for(scenes: Sequence[Scene], schedule: str) -> tuple[Engine, Exchange, Stepper]:
     """Return an engine loaded with the scenes, a fitting compiled one where there is one."""
     check_alike(scenes)
     layouts = [lay_out(scene) for scene in scenes]
     sizes = total_sizes(layouts).rounded()
     single = all(scene.bodies is None or scene.bodies.single for scene in scenes)
-    key = (composition(scenes[0]), sizes, single)
+    key = (composition(scenes[0]), sizes, single, schedule)
     if key not in _engines:
         while len(_engines) >= MOST_ENGINES:
             _, (oldest, _, _) = _engines.popitem(last=False)
             oldest.user = None
             oldest.arena.destroy()
-        engine = Engine(tuple(scenes[0].model.effects), sizes, single, CPU_LANES)
+        engine = Engine(tuple(scenes[0].model.effects), sizes, single, schedule, CPU_LANES)
         _engines[key] = (engine, Exchange(engine), Stepper(engine))
     _engines.move_to_end(key)
     loader = Loader(_engines[key][0])

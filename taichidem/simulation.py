@@ -78,7 +78,7 @@ class Simulation:
         if schedule not in ("worlds", "particles"):
             raise InputError(f"schedule is {schedule!r}; allowed are 'worlds' and 'particles'.")
         self.schedule = schedule
-        self._engine, self._exchange, self._stepper = pool.engine_for(self.scenes)
+        self._engine, self._exchange, self._stepper = pool.engine_for(self.scenes, schedule)
         self._engine.user = self
         self._identities = [itertools.count() for _ in self.scenes]
         self._inserted = [0] * len(self.scenes)
@@ -124,20 +124,20 @@ class Simulation:
         self._exchange.insert(world, bodies, self._inserted[world])
         self._inserted[world] += len(bodies)
 
-    def run(self, duration: float | Sequence[float], *, chunk_seconds: float = 0.5) -> None:
+    def run(self, duration: float | Sequence[float]) -> None:
         """Advance every running world by a duration [s], one for all or one each; a stopped world is left as it is."""
         self._check_open()
         durations = np.broadcast_to(np.asarray(duration, float), (len(self),))
         for world, (scene, seconds) in enumerate(zip(self.scenes, durations, strict=True)):
             steps = round(float(seconds) / scene.dt)
             self._engine.set_target(world, max(0, steps))
-        self._stepper.run(len(self), self.schedule)
+        self._stepper.run(len(self))
 
     def run_steps(self, steps: int) -> None:
         """Advance every running world by a number of steps."""
         for world in range(len(self)):
             self._engine.set_target(world, steps)
-        self._stepper.run(len(self), self.schedule)
+        self._stepper.run(len(self))
 
     def snapshot(self, world: int = 0) -> Snapshot:
         """Return the bodies of a world now."""

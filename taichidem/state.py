@@ -93,6 +93,7 @@ _WORLD = {
     "dt": ti.f64,
     "evaluation": ti.i32,
     "fresh": ti.i32,
+    "stale": ti.i32,
     # lists
     "skin": ti.f64,
     "reach": ti.f64,
@@ -161,7 +162,9 @@ _CORNER_EDGE = {"along": vec3}
 class State:
     """All tables but those of the effects; `single` says that every body is one sphere about its own centre."""
 
-    def __init__(self, arena: Arena, sizes: Sizes, single: bool, memories: list[dict], wall_kinds: tuple) -> None:
+    def __init__(
+        self, arena: Arena, sizes: Sizes, single: bool, memories: list[dict], wall_kinds: tuple, gathering: bool
+    ) -> None:
         self.sizes = sizes
         self.single = single
         self.members = {"worlds": _WORLD, "walls": _WALL, "wall_elements": _WALL_ELEMENT, "corner_edges": _CORNER_EDGE}
@@ -177,6 +180,10 @@ class State:
             self.loads, self.elements, self.owned = arena.tables(2 * sizes.elements, _LOAD, _ELEMENT, _OWNED)
         self.labels = arena.table(2 * sizes.bodies, _LABEL)
         self.slots, *self.past = arena.tables(2 * sizes.slots, _SLOT, *memories)
+        if gathering:  # the schedule over particles leaves reactions per slot and gathers them per partner
+            self.reactions = arena.table(2 * sizes.slots, {"force": vec3, "torque": vec3})
+            self.incoming = arena.table(2 * sizes.slots, {"slot": ti.i32})
+            self.inbound = arena.table(2 * sizes.elements, {"start": ti.i32, "end": ti.i32})
         # One more row per world closes the last cell.
         self.cells = arena.table(sizes.cells + sizes.worlds, {"start": ti.i32, "cursor": ti.i32})
         self.walls = arena.table(sizes.walls, _WALL)

@@ -15,13 +15,21 @@ class Stepper:
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
 
-    def run(self, worlds: int, schedule: str) -> None:
-        """Advance all worlds to their targets."""
-        if schedule == "worlds":
-            while self.left(worlds):
+    def run(self, worlds: int) -> None:
+        """Advance all worlds to their targets, or to where they stop."""
+        while left := self.left(worlds):
+            if self.engine.particles is None:
                 self.engine.advance_worlds(worlds, MOST_STEPS)
+            else:
+                for world, steps in enumerate(self.steps_left(worlds)):
+                    if steps > 0:
+                        self.engine.particles.advance(world, int(min(steps, left)))
+
+    def steps_left(self, worlds: int) -> np.ndarray:
+        """Return the steps that each running world still has to do."""
+        rows = self.engine.access["worlds"].read_all(worlds)
+        return np.where(rows["status"] == 0, rows["target"] - rows["step"], 0)
 
     def left(self, worlds: int) -> int:
-        """Return the largest number of steps that a running world still has to do."""
-        rows = self.engine.access["worlds"].read_all(worlds)
-        return int(np.where(rows["status"] == 0, rows["target"] - rows["step"], 0).max())
+        """Return the largest number of steps left."""
+        return int(self.steps_left(worlds).max())
