@@ -87,7 +87,14 @@ def test_the_report_is_json():
     numbers = json.loads(json.dumps(compare([30.0], *LABORATORY).as_dict(), allow_nan=False))
     assert numbers["degrees_of_freedom"] is None
     assert numbers["error"] == pytest.approx(-0.18)
-    assert set(numbers) >= {"simulated", "simulated_uncertainty", "measured", "validation_uncertainty", "verdict", "text"}
+    assert set(numbers) >= {
+        "simulated",
+        "simulated_uncertainty",
+        "measured",
+        "validation_uncertainty",
+        "verdict",
+        "text",
+    }
 
 
 @pytest.mark.parametrize(

@@ -189,7 +189,9 @@ def test_pictures_of_every_usual_kind_are_read(drawn, kind):
 def test_a_heap_of_another_colour_but_the_same_brightness_is_found(drawn):
     share = drawn(30.0)[:, :, None] < 140
     picture = np.where(share, np.array([40, 90, 200]), np.array([140, 100, 129])).astype(np.uint8)
-    assert abs(int(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY).max()) - cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY).min()) < 12
+    assert (
+        abs(int(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY).max()) - cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY).min()) < 12
+    )
     for order in ("BGR", "RGB"):
         report = measure_repose_image(picture, ImageSettings(channel_order=order))
         assert report.angle_deg == pytest.approx(30.0, abs=CLEAN)
