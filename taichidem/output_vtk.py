@@ -82,7 +82,7 @@ def write_walls(path: str | os.PathLike[str], walls: Iterable[Wall]) -> Path:
     for number, surface in enumerate(surfaces):
         surface.clear_data()
         surface.cell_data["wall"] = np.full(surface.n_cells, number, dtype=np.int64)
-    return _save(pv.append_polydata(surfaces) if len(surfaces) > 1 else surfaces[0], path)
+    return _save(_joined(surfaces), path)
 
 
 class GrainSeries:
@@ -155,6 +155,16 @@ def _field(name: str, values: Any, count: int) -> NDArray[Any]:
     if array.shape != shape or array.dtype.kind not in "biuf":
         raise InputError(f"{name} given: {array.dtype}, shape {array.shape}. Allowed: numbers of shape {shape}.")
     return np.ascontiguousarray(array, dtype=kind)
+
+
+def _joined(surfaces: list[pv.PolyData]) -> pv.PolyData:
+    from vtkmodules.vtkFiltersCore import vtkAppendPolyData
+
+    append = vtkAppendPolyData()
+    for surface in surfaces:
+        append.AddInputData(surface)
+    append.Update()
+    return pv.wrap(append.GetOutput())
 
 
 def _save(data: pv.PolyData, path: str | os.PathLike[str]) -> Path:

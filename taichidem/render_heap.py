@@ -93,11 +93,12 @@ def heap_picture(
     shown = _values(values, places)
     surfaces = wall_surfaces(walls)
     limits = (float(shown.min()), float(max(shown.max(), shown.min() + 1e-12)))
+    colours = _colours(shown, limits, look.colour_map)
     with off_screen(look.size) as plotter:
         plotter.enable_anti_aliasing("ssaa")
         plotter.set_background("white", top="#dfe7ee")
         table = pv.LookupTable(look.colour_map, scalar_range=limits)
-        add_grains(plotter, places, sizes, _colours(shown, limits, look.colour_map), orientations, geometry)
+        add_grains(plotter, places, sizes, colours, orientations, geometry)
         _add_glass(plotter, surfaces)
         bounds = _bounds(places, sizes, surfaces)
         _add_scale_bar(plotter, bounds, look)
