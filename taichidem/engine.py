@@ -30,7 +30,9 @@ CPU_LANES = 512
 class Engine:
     """Tables and kernels for one composition of effects, reused for every scene that fits."""
 
-    def __init__(self, effects: tuple, sizes: Sizes, single: bool, schedule: str = "worlds", lanes: int = CPU_LANES) -> None:
+    def __init__(
+        self, effects: tuple, sizes: Sizes, single: bool, schedule: str = "worlds", lanes: int = CPU_LANES
+    ) -> None:
         self.arena = Arena()
         self.law = Law(effects)
         self.sizes = sizes

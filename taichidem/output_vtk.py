@@ -70,7 +70,7 @@ def write_walls(path: str | os.PathLike[str], walls: Iterable[Wall]) -> Path:
     Parameters
     ----------
     path : file to write, ending in .vtp.
-    walls : surfaces or descriptions (`taichidem.render_walls.wall_surfaces`).
+    walls : walls of a scene, or surfaces.
 
     Raises
     ------

@@ -17,9 +17,9 @@ from taichidem.errors import InputError
 from taichidem.render_grains import Array, check_grains
 from taichidem.render_heap import heap_picture
 from taichidem.render_scene import add_grains, off_screen, save_picture, shoot
-from taichidem.render_walls import Wall, cup_walls, wall_surfaces
+from taichidem.render_walls import Wall, wall_surfaces
 
-__all__ = ["SideView", "cup_walls", "heap_picture", "save_picture", "side_view", "side_views"]
+__all__ = ["SideView", "heap_picture", "save_picture", "side_view", "side_views"]
 
 GRAIN_COLOUR = (38, 84, 138)
 WALL_COLOUR = (150, 156, 164)
@@ -81,7 +81,7 @@ def side_views(
     radii : radii [m], shape (n,), or one number.
     azimuths_deg : where the camera stands [deg], 0 on +x, 90 on +y.
     pixels_per_metre : scale [px/m]; None makes the picture 1100 px wide.
-    walls : surfaces or descriptions (`taichidem.render_walls.wall_surfaces`), drawn opaque in grey.
+    walls : walls of a scene, or surfaces, drawn opaque in grey.
     orientations : quaternions w, x, y, z, shape (n, 4); only of use with `geometry`.
     geometry : shape of a grain of radius 1; None draws spheres, exactly.
     extent : half-width, lowest and highest z of the picture [m]; None takes in all grains.

@@ -74,7 +74,7 @@ def heap_picture(
     radii : radii [m], shape (n,), or one number.
     values : quantity that colours the grains, shape (n,); None takes the height in millimetres.
     value_name : its name and unit, beside the colour bar.
-    walls : surfaces or descriptions (`taichidem.render_walls.wall_surfaces`).
+    walls : walls of a scene, or surfaces.
     orientations, geometry : shape of the grains and how each is turned, as in `side_views`.
     look : camera, size, colour map, title.
     path : where to write the picture as PNG; None writes none.

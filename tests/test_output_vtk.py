@@ -12,7 +12,7 @@ import pyvista as pv
 
 from taichidem.errors import InputError
 from taichidem.output_vtk import GrainSeries, write_grains, write_walls
-from taichidem.render import cup_walls
+from taichidem.walls import cup
 
 
 @pytest.fixture
@@ -77,7 +77,7 @@ def test_moments_must_increase(grains, tmp_path):
 
 
 def test_walls_are_numbered_surfaces(tmp_path):
-    walls = [*cup_walls(0.05, 0.03), pv.Plane()]
+    walls = [*cup(0.05, 0.03, "steel"), pv.Plane()]
     read = pv.read(write_walls(tmp_path / "walls.vtp", walls))
     assert set(read["wall"]) == {0, 1, 2}
     cylinder = read.extract_cells(read["wall"] == 0)

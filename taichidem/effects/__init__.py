@@ -6,7 +6,10 @@ from taichidem.effects.rolling_constant_torque import RollingConstantTorque
 from taichidem.effects.rolling_spring_dashpot import RollingSpringDashpot
 from taichidem.effects.tangential_mindlin import TangentialMindlin
 
-BUILT_IN = (NormalHertz, TangentialMindlin, RollingConstantTorque, RollingSpringDashpot, BodyGravity)
+BUILT_IN = {
+    effect.name: effect
+    for effect in (NormalHertz, TangentialMindlin, RollingConstantTorque, RollingSpringDashpot, BodyGravity)
+}
 
 __all__ = [
     "BUILT_IN",

@@ -15,7 +15,7 @@ from taichidem.procedure import Grain, Procedure, World, pour, settle
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot
 from taichidem.units import Duration, Length, Number, PerSecond, Speed, quantity
-from taichidem.walls import Cylinder, Disc, Wall
+from taichidem.walls import Wall, cup
 
 
 class FixedFunnelSettings(Settings):
@@ -80,10 +80,7 @@ class FixedFunnel(Experiment):
     def walls(self, model: Model) -> tuple[Wall, ...]:
         """Return the cup: a tube and a bottom."""
         s = self.settings
-        material = s.wall_material or model.materials[-1].name
-        tube = Cylinder(name="cup wall", material=material, base=(0, 0, 0), radius=s.cup_radius, height=s.rim_height)
-        bottom = Disc(name="cup bottom", material=material, centre=(0, 0, 0), radius=s.cup_radius)
-        return tube, bottom
+        return cup(s.cup_radius, s.rim_height, s.wall_material or model.materials[-1].name)
 
     def scene(self, model: Model) -> Scene:
         s = self.settings

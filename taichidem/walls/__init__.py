@@ -4,7 +4,7 @@ from taichidem.walls.base import Motion, Wall
 from taichidem.walls.facet import FacetKind
 from taichidem.walls.mesh import Mesh
 from taichidem.walls.plane import Plane, PlaneKind
-from taichidem.walls.revolved import Cone, Cylinder, Disc, RevolvedKind
+from taichidem.walls.revolved import Cone, Cylinder, Disc, RevolvedKind, cup
 
 KINDS = (PlaneKind, RevolvedKind, FacetKind)
 
@@ -20,4 +20,5 @@ __all__ = [
     "PlaneKind",
     "RevolvedKind",
     "Wall",
+    "cup",
 ]

@@ -141,6 +141,12 @@ class Cone(Revolved):
         )
 
 
+def cup(radius: float, height: float, material: str) -> tuple[Cylinder, Disc]:
+    """Return an upright open cup with its bottom at z = 0: a tube and a disc [m]."""
+    tube = Cylinder(name="cup wall", material=material, base=(0.0, 0.0, 0.0), radius=radius, height=height)
+    return tube, Disc(name="cup bottom", material=material, centre=(0.0, 0.0, 0.0), radius=radius)
+
+
 @ti.data_oriented
 class RevolvedKind:
     """The kernel side of discs, cylinders and cones: the nearest point in the half-plane of axis and grain."""

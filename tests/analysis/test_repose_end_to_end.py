@@ -11,7 +11,8 @@ import pytest
 from analysis.repose_image import measure_repose_image
 from analysis.repose_image_settings import ImageSettings
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
-from taichidem.render import cup_walls, side_views
+from taichidem.render import side_views
+from taichidem.walls import cup
 
 CUP, RIM, RADIUS = 0.05, 0.03, 0.003
 AZIMUTHS = range(0, 180, 30)
@@ -52,7 +53,7 @@ def test_pictures_of_a_poured_heap_agree_with_its_positions():
     from_positions = measure_repose_profile(centres, radii, CUP)
     (view,) = measure_repose_image(side_views(centres, radii, [0])[0].image).views
     assert abs(view.silhouette.tilt_deg) < 0.05
-    without, within = pictured(centres, radii), pictured(centres, radii, cup_walls(CUP, RIM))
+    without, within = pictured(centres, radii), pictured(centres, radii, cup(CUP, RIM, "steel"))
     assert from_positions.angle_deg == pytest.approx(29.6, abs=0.1)
     assert without.angle_deg == pytest.approx(from_positions.angle_deg, abs=1.5)
     # The cup's side hides grains below the rim only: the flanks are the same.
@@ -71,7 +72,7 @@ def test_the_window_and_the_method_move_the_angle_of_a_poured_heap():
 
 def test_a_rendered_heap_saved_as_a_photograph_gives_the_same_angle(tmp_path):
     """Through a JPEG with noise, uneven light and a turned camera, the way a photograph comes."""
-    (view,) = side_views(*poured(), [20.0], walls=cup_walls(CUP, RIM))
+    (view,) = side_views(*poured(), [20.0], walls=cup(CUP, RIM, "steel"))
     straight = measure_repose_image(view.image, ImageSettings(channel_order="RGB"))
     rows, columns = view.image.shape[:2]
     turn = cv2.getRotationMatrix2D((columns / 2, rows / 2), 4.0, 0.85)
