@@ -122,7 +122,7 @@ def _built_in(kind: str) -> Iterator[Plugin]:
     module = importlib.import_module(module_name)
     table = getattr(module, "BUILT_IN", None)
     if table is None:
-        place = getattr(module, "__file__", None) or list(getattr(module, "__path__", ["?"]))[0]
+        place = getattr(module, "__file__", None) or next(iter(getattr(module, "__path__", ["?"])))
         raise InputError(
             f"Python found the package {module_name!r} in {place}, which isn't the one of taichidem: a folder or file of "
             "that name shadows it. Rename yours, or start Python in another folder."

@@ -5,12 +5,13 @@ likes but refuses to change what is already running. A process that has started 
 its first kernel. Use the `spawn` start method.
 """
 
+import contextlib
+import io
 import os
 from dataclasses import dataclass
 
 os.environ.setdefault("TI_ENABLE_TORCH", "0")  # Taichi would otherwise import torch wherever it happens to be installed
 os.environ.setdefault("TI_ENABLE_PADDLE", "0")
-os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
 import taichi as ti
 
@@ -60,6 +61,13 @@ def start(threads: int | None = None, arch: str | None = None, debug: bool | Non
         raise InputError(f"arch is {wanted.arch!r}; allowed are 'cpu' and 'cuda'. Leave it out for the CPU.")
     if wanted.threads < 1:
         raise InputError(f"threads is {wanted.threads}; give at least 1, or leave it out for every processor.")
+    with contextlib.redirect_stdout(io.StringIO()):  # Taichi announces itself on standard output
+        _init(wanted)
+    _running = wanted
+    return wanted
+
+
+def _init(wanted: Runtime) -> None:
     ti.init(
         arch=getattr(ti, wanted.arch),
         default_fp=ti.f64,

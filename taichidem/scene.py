@@ -70,19 +70,34 @@ class Model:
         """Return the largest gap [m] at which an effect acts."""
         return max((e.reach() for e in self.effects if isinstance(e, ContactEffect)), default=0.0)
 
-    def with_value(self, name: str, value: float) -> Model:
-        """Return a copy with the parameter "effect.parameter" changed for every pair."""
+    def with_value(self, name: str, value: float, pair: str | None = None) -> Model:
+        """Return a copy with the parameter "effect.parameter" changed.
+
+        Args:
+            name: effect and parameter, joined by a dot.
+            value: the new value, in the parameter's unit.
+            pair: the pair of materials "a-b" it holds for; where left out, a parameter that differs between pairs
+                changes for the first material with itself, and any other for every pair.
+
+        Raises:
+            InputError: an unknown effect, parameter or material, or a value out of bounds.
+        """
         effect_name, _, parameter = name.partition(".")
         names = [e.name for e in self.effects]
         if effect_name not in names:
             raise unknown_name("effect", effect_name, names)
-        changed = []
-        for effect in self.effects:
-            if effect.name == effect_name:
-                options = {k: v for k, v in vars(effect).items() if k != "values"}
-                effect = type(effect)(**options, **{**effect.values, parameter: value})
-            changed.append(effect)
-        return Model(self.materials, changed)
+        effect = self.effects[names.index(effect_name)]
+        held = effect.values.get(parameter)
+        new: float | dict[str, float] = value
+        if pair is not None or isinstance(held, dict):
+            first = self.materials[0].name
+            every = held if isinstance(held, dict) else {f"{p.first.name}-{p.second.name}": held for p in self.pairs()}
+            changed = pair or f"{first}-{first}"
+            reverse = "-".join(reversed(changed.split("-")))
+            new = {k: v for k, v in every.items() if k != reverse and v is not None} | {changed: value}
+        options = {k: v for k, v in vars(effect).items() if k != "values"}
+        replaced = type(effect)(**options, **{**effect.values, parameter: new})
+        return Model(self.materials, [replaced if e is effect else e for e in self.effects])
 
 
 @dataclass(frozen=True, kw_only=True)
