@@ -13,7 +13,7 @@ from analysis.heap_refusal import no_heap
 
 EDGE_SHARE = 0.05
 NARROWEST_EDGE = 8
-LARGEST_BEND_DEG = 8.0
+LARGEST_BEND_DEG = 4.0
 LOWEST_RISE_PX = 3.0
 LOWEST_RISE_SHARE = 0.03
 
@@ -55,8 +55,6 @@ def cut_at_ground(component: NDArray[np.uint8], name: str) -> tuple[NDArray[np.u
     first, last = _highest_run(rise)
     if rise.max() < LOWEST_RISE_PX or last - first < 2 * NARROWEST_EDGE:
         raise no_heap(name, "nothing rises above the ground line")
-    if first == 0 or last == rise.size - 1:
-        raise no_heap(name, "the heap is cut by the side of the picture")
     return _above(component, line, columns[first], columns[last]), BaseLine(
         math.degrees(math.atan(line.slope)), "ground line"
     )

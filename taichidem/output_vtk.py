@@ -174,8 +174,6 @@ def _save(data: pv.PolyData, path: str | os.PathLike[str]) -> Path:
         raise InputError(f"File given: {target}. Allowed: a name that ends in .vtp.")
     fresh = target.with_name(f".{target.stem}.part.vtp")
     try:
-        # VTK itself reports a file it can't open on the error stream only.
-        fresh.touch()
         data.save(fresh, binary=True)
         fresh.replace(target)
     except OSError as problem:
