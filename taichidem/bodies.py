@@ -80,19 +80,19 @@ class Bodies:
         """Return solid spheres, m = 4/3 π ρ R³ and I = 2/5 m R², each its own single element."""
         position = np.atleast_2d(np.asarray(position, float))
         n = len(position)
-        radius = np.broadcast_to(np.asarray(radius, float), (n,)).copy()
-        mass = density * 4 / 3 * np.pi * radius**3
+        radii: np.ndarray = np.broadcast_to(np.asarray(radius, float), (n,)).copy()
+        mass: np.ndarray = density * 4 / 3 * np.pi * radii**3
         return cls(
             position=position,
             velocity=np.broadcast_to(np.asarray(velocity, float), (n, 3)).copy(),
             spin=np.broadcast_to(np.asarray(spin, float), (n, 3)).copy(),
             orientation=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
             mass=mass,
-            inertia=np.repeat((0.4 * mass * radius**2)[:, None], 3, axis=1),
-            radius=radius,
+            inertia=np.repeat((0.4 * mass * radii**2)[:, None], 3, axis=1),
+            radius=radii,
             element_body=np.arange(n),
             element_offset=np.zeros((n, 3)),
-            element_radius=radius.copy(),
+            element_radius=radii.copy(),
             element_material=np.full(n, material),
         )
 

@@ -187,7 +187,7 @@ class Loader:
         self.access["worlds"].write(world, [values])
 
     def _write_coefficients(self, world: int, scene: Scene) -> int:
-        own = {e.composition: e for e in scene.model.effects}
+        own: dict = {e.composition: e for e in scene.model.effects}
         pairs = scene.model.pairs()
         first = self._take("row", len(pairs))
         for bound, access in zip(self.engine.law.contact_bound, self.access["contact"], strict=True):

@@ -159,7 +159,7 @@ def _fault(kind: str, name: str, target: Any) -> str:
         if not (inspect.isclass(target) and issubclass(target, wanted)):
             return f"{target!r} is no subclass of {base.replace(':', '.')}."
         if inspect.isabstract(target):
-            missing = ", ".join(sorted(target.__abstractmethods__))
+            missing = ", ".join(sorted(getattr(target, "__abstractmethods__", ())))
             return f"{target.__name__} doesn't define {missing}."
     declared = getattr(target, "name", name)
     if declared != name:

@@ -81,8 +81,6 @@ def _init(wanted: Runtime) -> None:
         cfg_optimization=False,
         unrolling_limit=0,  # wide tables are unrolled column by column, on purpose
     )
-    _running = wanted
-    return wanted
 
 
 def _refuse_changes(threads: int | None, arch: str | None, debug: bool | None) -> None:

@@ -124,7 +124,7 @@ class Simulation:
         self._exchange.insert(world, bodies, self._inserted[world])
         self._inserted[world] += len(bodies)
 
-    def run(self, duration: float | Sequence[float]) -> None:
+    def run(self, duration: float | Sequence[float] | np.ndarray) -> None:
         """Advance every running world by a duration [s], one for all or one each; a stopped world is left as it is."""
         self._check_open()
         durations = np.broadcast_to(np.asarray(duration, float), (len(self),))

@@ -4,6 +4,7 @@ Setting single entries from Python would compile an accessor for every column; t
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -21,7 +22,7 @@ class TableAccess:
         self.starts = starts[:-1].tolist()
         self.width = int(starts[-1])
 
-    def write(self, first: int, rows: Sequence[Mapping[str, object]]) -> None:
+    def write(self, first: int, rows: Sequence[Mapping[str, Any]]) -> None:
         """Write rows from row number `first`; a column that a row leaves out becomes 0."""
         if not rows:
             return

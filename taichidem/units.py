@@ -55,7 +55,8 @@ def _convert(text: str, unit: str, name: str) -> float:
 
 def quantity(unit: str, meaning: str, default: Any = ..., **bounds: float) -> Any:
     """Return a pydantic field for a quantity: its unit, what it means, bounds such as `gt=0`."""
-    return Field(default, description=meaning, json_schema_extra={"unit": unit}, validate_default=True, **bounds)  # type: ignore[arg-type]
+    extra = {"unit": unit}
+    return Field(default, description=meaning, json_schema_extra=extra, validate_default=True, **bounds)  # type: ignore[call-overload, arg-type]
 
 
 def in_unit(unit: str) -> Any:

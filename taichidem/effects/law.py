@@ -55,7 +55,7 @@ class _Kept:
 class _Bound:
     """An effect with its tables: `given` (coefficients per row) and `past` (memory per slot, or None)."""
 
-    effect: Effect
+    effect: ContactEffect | BodyEffect
     given: ti.StructField
     past: ti.StructField | None
 
@@ -88,7 +88,8 @@ class Law:
             given = arena.table(pair_rows, dict.fromkeys(effect.coefficients, ti.f64))
             table = next(remembered) if effect.memory else None
             self.contact_bound.append(_Bound(effect, given, table))
-            self.kept += [_Kept(table.get_member_field(m.name), m.size > 1, m.odd) for m in effect.memory]
+            if table is not None:
+                self.kept += [_Kept(table.get_member_field(m.name), m.size > 1, m.odd) for m in effect.memory]
         for body_effect in self.body:
             given = arena.table(worlds, dict.fromkeys(body_effect.coefficients, ti.f64))
             self.body_bound.append(_Bound(body_effect, given, None))
