@@ -54,8 +54,8 @@ class Contacts:
             i = self.owned[e].body
             offset = rotate(self.rotors[i].orientation, self.owned[e].offset)
             self.owned[e].position = self.bodies[i].position + offset
-            self.loads[e].force_in = vec3(0.0)
-            self.loads[e].torque_in = vec3(0.0)
+            self.loads[e].force = vec3(0.0)
+            self.loads[e].torque = vec3(0.0)
 
     @ti.func
     def arm(self, e, i):
@@ -114,6 +114,8 @@ class Contacts:
             kept = s
             j = 0
             c = Contact(inverse_mass_i=inverse_mass, spin_i=spin, dt=dt)
+            c.radius = self.slots[s].radius
+            c.mass = self.slots[s].mass
             if partner >= 0:
                 self.shape.touch(a, self.place(partner), c, reach)
                 if c.touching == 1:
@@ -123,7 +125,6 @@ class Contacts:
                     c.spin_j = self.bodies[j].spin
                     c.inverse_mass_j = self.bodies[j].inverse_mass
                     c.velocity = velocity - self.bodies[j].velocity + spin.cross(c.lever_i) - c.spin_j.cross(c.lever_j)
-                    c.mass = 1.0 / (inverse_mass + c.inverse_mass_j)
             else:
                 element = -1 - partner
                 near = self.walls.nearest(element, a.position, a.radius, time)
@@ -134,7 +135,6 @@ class Contacts:
                         c.touching = 0  # another facet of this flat patch has spoken for it
                     c.lever_i += arm_i
                     c.velocity = velocity + spin.cross(c.lever_i) - self.walls.velocity(element, near.point)
-                    c.mass = 1.0 / inverse_mass
             if ti.static(own_only):
                 pushed[s].force = vec3(0.0)
                 pushed[s].torque = vec3(0.0)
@@ -155,8 +155,12 @@ class Contacts:
                         pushed[s].torque = reaction
                     else:
                         # Plain assignment: `+=` on a table is atomic in Taichi, even where one thread owns the world.
-                        self.loads[partner].force_in = self.loads[partner].force_in - part.force
-                        self.loads[partner].torque_in = self.loads[partner].torque_in - reaction
+                        self.loads[partner].force = self.loads[partner].force - part.force
+                        self.loads[partner].torque = self.loads[partner].torque - reaction
+        if ti.static(not own_only):
+            # Partners come after their owners, so all reactions on e are in by now.
+            total.force += self.loads[e].force
+            total.torque += self.loads[e].torque
         self.loads[e].force = total.force
         self.loads[e].torque = total.torque
 
@@ -171,5 +175,5 @@ class Contacts:
         base = self.worlds[w].element_base
         for e in range(base, base + self.worlds[w].elements):
             i = self.owned[e].body
-            self.rotors[i].force = self.rotors[i].force + self.loads[e].force + self.loads[e].force_in
-            self.rotors[i].torque = self.rotors[i].torque + self.loads[e].torque + self.loads[e].torque_in
+            self.rotors[i].force = self.rotors[i].force + self.loads[e].force
+            self.rotors[i].torque = self.rotors[i].torque + self.loads[e].torque

@@ -128,10 +128,10 @@ class Engine:
         self.worlds[w].evaluation = self.worlds[w].evaluation + 1
         base = self.worlds[w].element_base
         last = base + self.worlds[w].elements
-        if dt == 0.0:  # nothing was moved, so nothing has emptied what partners add
+        if dt == 0.0:  # nothing was moved, so nothing has emptied the sums
             for e in range(base, last):
-                self.contacts.loads[e].force_in = vec3(0.0)
-                self.contacts.loads[e].torque_in = vec3(0.0)
+                self.contacts.loads[e].force = vec3(0.0)
+                self.contacts.loads[e].torque = vec3(0.0)
         for e in range(base, last):
             self.contacts.act(w, e, dt, False, 0)
         if ti.static(not self.single):

@@ -72,8 +72,6 @@ class Exchange:
             self.elements[e].slots_to = 0
             self.loads[e].force = vec3(0.0)
             self.loads[e].torque = vec3(0.0)
-            self.loads[e].force_in = vec3(0.0)
-            self.loads[e].torque_in = vec3(0.0)
             if ti.static(not self.single):
                 offset = vec3(geometry[k, 0], geometry[k, 1], geometry[k, 2])
                 self.owned[e].body = i

@@ -68,8 +68,8 @@ class Integrator:
         """Return the wrench on a body."""
         total = Wrench(force=vec3(0.0), torque=vec3(0.0))
         if ti.static(self.single):
-            total.force = self.loads[i].force + self.loads[i].force_in
-            total.torque = self.loads[i].torque + self.loads[i].torque_in
+            total.force = self.loads[i].force
+            total.torque = self.loads[i].torque
         else:
             total.force = self.rotors[i].force
             total.torque = self.rotors[i].torque
@@ -104,8 +104,8 @@ class Integrator:
             if kicks == 2:
                 spin = spin + change
             self.bodies[i].spin = spin
-            self.loads[i].force_in = vec3(0.0)
-            self.loads[i].torque_in = vec3(0.0)
+            self.loads[i].force = vec3(0.0)
+            self.loads[i].torque = vec3(0.0)
         else:
             change = half * total.torque
             momentum = self.rotors[i].momentum + change

@@ -266,6 +266,13 @@ class Neighbours:
                 self.slots[cursor].partner = partner
                 self.slots[cursor].row = self.worlds[w].first_row + row
                 self.slots[cursor].stamp = -2
+                inverse_mass = self.bodies[self.contacts.body_of(e)].inverse_mass
+                radius = 0.0
+                if partner >= 0:
+                    inverse_mass += self.bodies[self.contacts.body_of(partner)].inverse_mass
+                    radius = self.elements[partner].radius
+                self.slots[cursor].mass = 1.0 / inverse_mass
+                self.slots[cursor].radius = self.contacts.shape.pair_radius(self.elements[e].radius, radius)
                 self._recall(w, e, partner, cursor)
             else:
                 self.worlds[w].status = int(Status.LIST_FULL)

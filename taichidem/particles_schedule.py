@@ -176,8 +176,8 @@ class ParticlesSchedule:
                 slot = self.incoming[k].slot
                 force = force - self.reactions[slot].force
                 torque = torque - self.reactions[slot].torque
-            self.loads[e].force_in = force
-            self.loads[e].torque_in = torque
+            self.loads[e].force = self.loads[e].force + force
+            self.loads[e].torque = self.loads[e].torque + torque
 
     @ti.kernel
     def collect(self, w: ti.i32):

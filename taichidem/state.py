@@ -114,7 +114,7 @@ _ROTOR = {
     "force": vec3,
     "torque": vec3,
 }
-_LOAD = {"force": vec3, "torque": vec3, "force_in": vec3, "torque_in": vec3}
+_LOAD = {"force": vec3, "torque": vec3}
 _ELEMENT = {
     "radius": ti.f64,
     "listed_at": vec3,  # position when the lists were built
@@ -126,7 +126,13 @@ _ELEMENT = {
 }
 _OWNED = {"body": ti.i32, "offset": vec3, "position": vec3}
 _LABEL = {"identity": ti.i32, "radius": ti.f64, "moved_to": ti.i32, "came_from": ti.i32, "cell": ti.i32}
-_SLOT = {"partner": ti.i32, "row": ti.i32, "stamp": ti.i32}
+_SLOT = {
+    "partner": ti.i32,  # an element, or −1 − wall element
+    "row": ti.i32,  # of the effects' coefficients
+    "stamp": ti.i32,  # evaluation in which the pair last touched
+    "radius": ti.f64,  # R* and m*, which don't change while a pair is listed
+    "mass": ti.f64,
+}
 _WALL = {
     "origin": vec3,
     "velocity": vec3,

@@ -9,6 +9,8 @@ from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import ContactEffect, Memory, Parameter, Stage
 from taichidem.materials import MaterialPair
 
+SMALLEST_RADIUS = 1e-300  # [m] keeps the quotient finite when a contact begins
+
 
 class TangentialMindlin(ContactEffect):
     """Mindlin's tangential spring in its incremental form, damped, with Coulomb's cap.
@@ -61,8 +63,8 @@ class TangentialMindlin(ContactEffect):
         # Turn the memory with the pair: about the normal by the mean spin, then into the present tangent plane.
         held = held + (0.5 * c.dt * (c.spin_i + c.spin_j).dot(c.normal)) * c.normal.cross(held)
         held = held - held.dot(c.normal) * c.normal
-        if c.contact_radius < m.contact_radius:
-            held = held * (c.contact_radius / m.contact_radius)
+        # Without a branch: whether a resting contact loads or unloads is noise that no processor predicts.
+        held = held * ti.min(1.0, c.contact_radius / ti.max(m.contact_radius, SMALLEST_RADIUS))
         c.tangential_stiffness = p.stiffness * c.contact_radius
         held = held - (c.tangential_stiffness * c.dt) * slip
         cap = p.friction * ti.max(c.normal_force, 0.0)

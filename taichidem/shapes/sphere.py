@@ -13,9 +13,17 @@ Nearest = ti.types.struct(point=vec3, normal=vec3, distance=ti.f64, counts=ti.i3
 
 @ti.data_oriented
 class Sphere:
-    """A sphere, given by its centre and radius."""
+    """A sphere, given by its centre and radius; its curvature is the same everywhere, so R* is that of the listed pair."""
 
     name = "sphere"
+
+    @ti.func
+    def pair_radius(self, a, b):
+        """R* = R_i R_j / (R_i + R_j); a wall has no curvature and counts as radius 0 here [m]."""
+        radius = a
+        if b > 0.0:
+            radius = a * b / (a + b)
+        return radius
 
     @ti.func
     def touch(self, a, b, c: ti.template(), reach):
@@ -33,7 +41,6 @@ class Sphere:
             c.lever_j = (b.radius - 0.5 * c.overlap) * c.normal
             c.radius_i = a.radius
             c.radius_j = b.radius
-            c.radius = a.radius * b.radius / (a.radius + b.radius)
 
     @ti.func
     def touch_wall(self, a, near, c: ti.template(), reach):
@@ -47,4 +54,3 @@ class Sphere:
             c.lever_j = vec3(0.0)
             c.radius_i = a.radius
             c.radius_j = 0.0
-            c.radius = a.radius
