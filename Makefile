@@ -1,2 +1,46 @@
-.PHONY: test
-VENV := .venv
+# `make demo` and `make test` do everything on a fresh machine, set-up included; nothing is installed outside .venv.
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.PHONY: demo test lint slow gpu validate bench heap-table clean
+
+demo: $(READY)
+	$(BIN)/taichidem demo --output demo
+
+test: $(READY) lint
+	$(BIN)/python -m pytest
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+slow: $(READY)
+	$(BIN)/python -m pytest -m slow
+
+gpu: $(READY)
+	TAICHIDEM_ARCH=cuda $(BIN)/python -m pytest -m gpu
+
+validate: $(READY)
+	$(BIN)/python -m pytest -m validate
+
+bench: $(READY)
+	$(BIN)/python -m benchmarks
+
+heap-table: $(READY)
+	$(BIN)/python -m benchmarks.heap_table
+
+$(READY): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(0 if (3, 10) <= sys.version_info < (3, 14) else 1)' || { \
+	  echo "$(PYTHON) is $$($(PYTHON) --version 2>&1); taichidem needs CPython 3.10 to 3.13 (Taichi has no wheels for others)."; \
+	  echo "Name another one, as in: make test PYTHON=python3.12"; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { \
+	  echo "No virtual environment could be made. On Debian or Ubuntu: apt-get install python3-venv"; exit 1; }
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $(READY)
+
+clean:
+	rm -rf $(VENV) demo results build *.egg-info

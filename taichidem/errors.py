@@ -22,7 +22,7 @@ class SimulationError(TaichidemError, RuntimeError):
     """A world stopped for a reason of its own (diverged, overflowed, overlapped too far)."""
 
 
-class EnvironmentProblem(TaichidemError, RuntimeError):
+class EnvironmentProblem(TaichidemError, RuntimeError):  # noqa: N818 - the machine's problem, not the program's
     """The machine lacks something; the message names the command that cures it."""
 
 

@@ -35,8 +35,8 @@ class _Kind:
 KINDS: Mapping[str, _Kind] = {
     "design": _Kind("taichidem.designs", "designs", "designs.base:DesignGenerator"),
     "analyser": _Kind("taichidem.analysers", "analysis", "analysis.base:Analyser"),
-    "effect": _Kind("taichidem.effects", "taichidem.effects"),
-    "experiment": _Kind("taichidem.experiments", "taichidem.experiments"),
+    "effect": _Kind("taichidem.effects", "taichidem.effects", "taichidem.effects.base:Effect"),
+    "experiment": _Kind("taichidem.experiments", "taichidem.experiments", "taichidem.experiments.base:Experiment"),
 }
 
 #: The source of built-in plugins.

@@ -1,0 +1,39 @@
+"""What a contact is: the structs that shapes fill, effects read, and the engine adds up."""
+
+import taichi as ti
+
+vec3 = ti.types.vector(3, ti.f64)
+vec4 = ti.types.vector(4, ti.f64)
+
+# One touching pair. Side i is the element that owns the pair, side j its partner (an element or a wall).
+Contact = ti.types.struct(
+    touching=ti.i32,
+    normal=vec3,  # unit vector from j to i
+    overlap=ti.f64,  # [m], may be negative for effects that act before touch
+    lever_i=vec3,  # [m] from the centre of body i to the contact point
+    lever_j=vec3,
+    radius_i=ti.f64,  # [m] radius of curvature at the contact
+    radius_j=ti.f64,  # 0 at a wall, which is flat and has no radius
+    inverse_mass_i=ti.f64,  # [1/kg]
+    inverse_mass_j=ti.f64,  # 0 at a wall, which moves as it is told
+    velocity=vec3,  # [m/s] of i relative to j at the contact point
+    spin_i=vec3,  # [rad/s]
+    spin_j=vec3,
+    radius=ti.f64,  # [m] R* = R_i R_j / (R_i + R_j), at a wall R_i
+    mass=ti.f64,  # [kg] m* = m_i m_j / (m_i + m_j), at a wall m_i
+    dt=ti.f64,  # [s]
+    # Written by the normal effect for those that come after it:
+    normal_force=ti.f64,  # [N] with damping, positive when pushing apart
+    elastic_force=ti.f64,  # [N] without damping
+    contact_radius=ti.f64,  # [m] a = √(R* δ)
+    normal_stiffness=ti.f64,  # [N/m] secant, F_elastic / δ
+    normal_damping=ti.f64,  # [N s/m]
+    # Written by the tangential effect:
+    tangential_stiffness=ti.f64,  # [N/m]
+)
+
+# A force on i at the contact point and a couple on i; j receives the opposite of both.
+Wrench = ti.types.struct(force=vec3, torque=vec3)
+
+# What a body effect sees.
+Body = ti.types.struct(position=vec3, velocity=vec3, spin=vec3, mass=ti.f64, radius=ti.f64, time=ti.f64)

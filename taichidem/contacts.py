@@ -1,0 +1,179 @@
+"""Find out which listed pairs touch, and turn each contact into forces by the law."""
+
+import taichi as ti
+
+from taichidem.contact import Body, Contact, Wrench, vec3
+from taichidem.integrate import rotate
+from taichidem.shapes.sphere import Place
+from taichidem.state import Status
+
+LARGEST_OVERLAP = 0.5  # share of the radius beyond which a contact law means nothing
+
+
+@ti.data_oriented
+class Contacts:
+    """The force evaluation of one element with all its listed partners, and the sums over a body."""
+
+    def __init__(self, state, law, shape, wall_motion) -> None:
+        self.single = state.single
+        self.worlds = state.worlds
+        self.bodies = state.bodies
+        self.rotors = state.rotors
+        self.loads = state.loads
+        self.elements = state.elements
+        self.owned = state.owned
+        self.labels = state.labels
+        self.slots = state.slots
+        self.wall_elements = state.wall_elements
+        self.walls = wall_motion
+        self.law = law
+        self.shape = shape
+
+    @ti.func
+    def body_of(self, e):
+        """Return the body an element belongs to."""
+        i = e
+        if ti.static(not self.single):
+            i = self.owned[e].body
+        return i
+
+    @ti.func
+    def place(self, e):
+        """Return where an element is."""
+        position = vec3(0.0)
+        if ti.static(self.single):
+            position = self.bodies[e].position
+        else:
+            position = self.owned[e].position
+        return Place(row=e, position=position, radius=self.elements[e].radius)
+
+    @ti.func
+    def follow(self, e):
+        """Put an element where its body now is, and empty what partners will add to it."""
+        if ti.static(not self.single):
+            i = self.owned[e].body
+            offset = rotate(self.rotors[i].orientation, self.owned[e].offset)
+            self.owned[e].position = self.bodies[i].position + offset
+            self.loads[e].force = vec3(0.0)
+            self.loads[e].torque = vec3(0.0)
+
+    @ti.func
+    def arm(self, e, i):
+        """Return the vector from a body's centre to one of its elements; zero for single spheres."""
+        arm = vec3(0.0)
+        if ti.static(not self.single):
+            arm = self.owned[e].position - self.bodies[i].position
+        return arm
+
+    @ti.func
+    def body_load(self, w, i, radius):
+        """Return the wrench of the body effects on a body."""
+        mass = 1.0 / self.bodies[i].inverse_mass
+        b = Body(
+            position=self.bodies[i].position,
+            velocity=self.bodies[i].velocity,
+            spin=self.bodies[i].spin,
+            mass=mass,
+            radius=radius,
+            time=self.worlds[w].step * self.worlds[w].dt,
+        )
+        return self.law.body_wrench(w, b)
+
+    @ti.func
+    def memory_slot(self, e, element, slot, counts):
+        """Return the slot that keeps a contact's memory: a face within a flat patch shares that of the patch."""
+        kept = slot
+        patch = self.wall_elements[element].patch
+        if counts == 2 and patch >= 0:
+            for s in range(self.elements[e].slots_from, slot):
+                if self.slots[s].partner == -1 - patch:
+                    kept = s
+        return kept
+
+    @ti.func
+    def act(self, w, e, dt, own_only: ti.template(), pushed: ti.template()):
+        """Evaluate every pair that element e owns.
+
+        With `own_only` the reaction on partners is left in the table `pushed` (a row per slot) for a later gathering;
+        otherwise it is added to the partners straight away, which needs one thread per world.
+        """
+        i = self.body_of(e)
+        a = self.place(e)
+        arm_i = self.arm(e, i)
+        velocity = self.bodies[i].velocity
+        spin = self.bodies[i].spin
+        inverse_mass = self.bodies[i].inverse_mass
+        evaluation = self.worlds[w].evaluation
+        reach = self.worlds[w].reach
+        time = self.worlds[w].step * self.worlds[w].dt
+        total = Wrench(force=vec3(0.0), torque=vec3(0.0))
+        if ti.static(self.single):
+            total = self.body_load(w, e, a.radius)
+        for s in range(self.elements[e].slots_from, self.elements[e].slots_to):
+            partner = self.slots[s].partner
+            kept = s
+            j = 0
+            c = Contact(inverse_mass_i=inverse_mass, spin_i=spin, dt=dt)
+            c.radius = self.slots[s].radius
+            c.mass = self.slots[s].mass
+            if partner >= 0:
+                self.shape.touch(a, self.place(partner), c, reach)
+                if c.touching == 1:
+                    j = self.body_of(partner)
+                    c.lever_i += arm_i
+                    c.lever_j += self.arm(partner, j)
+                    c.spin_j = self.bodies[j].spin
+                    c.inverse_mass_j = self.bodies[j].inverse_mass
+                    c.velocity = velocity - self.bodies[j].velocity + spin.cross(c.lever_i) - c.spin_j.cross(c.lever_j)
+            else:
+                element = -1 - partner
+                near = self.walls.nearest(element, a.position, a.radius, time)
+                self.shape.touch_wall(a, near, c, reach)
+                if c.touching == 1:
+                    kept = self.memory_slot(e, element, s, near.counts)
+                    if kept != s and self.slots[kept].stamp == evaluation:
+                        c.touching = 0  # another facet of this flat patch has spoken for it
+                    c.lever_i += arm_i
+                    c.velocity = velocity + spin.cross(c.lever_i) - self.walls.velocity(element, near.point)
+            if ti.static(own_only):
+                pushed[s].force = vec3(0.0)
+                pushed[s].torque = vec3(0.0)
+            if c.touching == 1:
+                if self.slots[kept].stamp < evaluation - 1:
+                    self.law.forget(kept)
+                self.slots[kept].stamp = evaluation
+                if c.overlap > LARGEST_OVERLAP * a.radius:
+                    self.worlds[w].status = int(Status.OVERLAP)
+                    self.worlds[w].largest_overlap = c.overlap
+                part = self.law.contact_wrench(self.slots[s].row, kept, c)
+                total.force += part.force
+                total.torque += c.lever_i.cross(part.force) + part.torque
+                if partner >= 0:
+                    reaction = c.lever_j.cross(part.force) + part.torque
+                    if ti.static(own_only):
+                        pushed[s].force = part.force
+                        pushed[s].torque = reaction
+                    else:
+                        # Plain assignment: `+=` on a table is atomic in Taichi, even where one thread owns the world.
+                        self.loads[partner].force = self.loads[partner].force - part.force
+                        self.loads[partner].torque = self.loads[partner].torque - reaction
+        if ti.static(not own_only):
+            # Partners come after their owners, so all reactions on e are in by now.
+            total.force += self.loads[e].force
+            total.torque += self.loads[e].torque
+        self.loads[e].force = total.force
+        self.loads[e].torque = total.torque
+
+    @ti.func
+    def collect(self, w):
+        """Add up, for every composed body, the body effects and what its elements receive."""
+        base = self.worlds[w].body_base
+        for i in range(base, base + self.worlds[w].bodies):
+            total = self.body_load(w, i, self.labels[i].radius)
+            self.rotors[i].force = total.force
+            self.rotors[i].torque = total.torque
+        base = self.worlds[w].element_base
+        for e in range(base, base + self.worlds[w].elements):
+            i = self.owned[e].body
+            self.rotors[i].force = self.rotors[i].force + self.loads[e].force
+            self.rotors[i].torque = self.rotors[i].torque + self.loads[e].torque

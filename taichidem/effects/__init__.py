@@ -1,0 +1,21 @@
+"""Physical effects, one per file: import it here and it is a force, a factor and a hypothesis."""
+
+from taichidem.effects.body_gravity import BodyGravity
+from taichidem.effects.normal_hertz import NormalHertz
+from taichidem.effects.rolling_constant_torque import RollingConstantTorque
+from taichidem.effects.rolling_spring_dashpot import RollingSpringDashpot
+from taichidem.effects.tangential_mindlin import TangentialMindlin
+
+BUILT_IN = {
+    effect.name: effect
+    for effect in (NormalHertz, TangentialMindlin, RollingConstantTorque, RollingSpringDashpot, BodyGravity)
+}
+
+__all__ = [
+    "BUILT_IN",
+    "BodyGravity",
+    "NormalHertz",
+    "RollingConstantTorque",
+    "RollingSpringDashpot",
+    "TangentialMindlin",
+]

@@ -1,0 +1,48 @@
+"""Rolling resistance as a couple of constant size against the relative rotation."""
+
+from typing import ClassVar
+
+import taichi as ti
+
+from taichidem.contact import Wrench, vec3
+from taichidem.effects.base import ContactEffect, Parameter, Stage
+
+
+class RollingConstantTorque(ContactEffect):
+    """Directional constant torque (model A of Ai et al.).
+
+    M = −μ_r R* F_el ω_r/|ω_r|,  ω_r = (ω_i − ω_j) without its part along the normal,  F_el the elastic normal force
+
+    Expected behaviour: a rolling ball slows down at (5/7) μ_r g; heaps and drums grow steeper. Limits: the couple has
+    no memory, so a grain at rest trembles around its sign change and creeps on a slope; use `rolling_spring_dashpot`
+    where grains must come to rest.
+    """
+
+    name: ClassVar[str] = "rolling_constant_torque"
+    title: ClassVar[str] = "Rolling resistance, constant torque"
+    family: ClassVar[str] = "rolling"
+    stage: ClassVar[Stage] = Stage.ROLLING
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            name="rolling_friction",
+            unit="1",
+            low=0.0,
+            high=10.0,
+            plausible=(0.0, 0.4),
+            vanishing=0.0,
+            meaning="Rolling couple over normal force times effective radius.",
+        ),
+    )
+    coefficients: ClassVar[tuple[str, ...]] = ("rolling_friction",)
+    visible_as: ClassVar[str] = "steeper heaps and drums, grains that stop rolling on the flat"
+    source: ClassVar[str] = "Ai, Chen, Rotter & Ooi (2011), doi 10.1016/j.powtec.2010.09.030, model A"
+
+    @ti.func
+    def wrench(self, p, c: ti.template(), m: ti.template()):
+        turning = c.spin_i - c.spin_j
+        turning = turning - turning.dot(c.normal) * c.normal
+        size = turning.dot(turning)
+        couple = vec3(0.0)
+        if size > 0.0:
+            couple = (-p.rolling_friction * c.radius * c.elastic_force / ti.sqrt(size)) * turning
+        return Wrench(force=vec3(0.0), torque=couple)

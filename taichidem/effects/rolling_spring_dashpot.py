@@ -1,0 +1,76 @@
+"""Rolling resistance as a spring and a dashpot with a cap, so that grains come to rest."""
+
+from typing import ClassVar
+
+import taichi as ti
+
+from taichidem.contact import Wrench, vec3
+from taichidem.effects.base import ContactEffect, Memory, Parameter, Stage
+from taichidem.materials import MaterialPair
+
+
+class RollingSpringDashpot(ContactEffect):
+    """Elastic-plastic spring-dashpot rolling resistance (EPSD, model C of Ai et al.).
+
+    dM = −k_r dθ,  |M| ≤ μ_r R* F_el,  k_r = 2.25 k_n (μ_r R*)² in three dimensions;
+    below the cap a dashpot 2 η_r √(I_r k_r) acts too, 1/I_r = 1/(I_i + m_i R_i²) + 1/(I_j + m_j R_j²).
+
+    Expected behaviour: like the constant torque while rolling, and at rest a couple that holds the grain: kinetic energy
+    of a heap falls to round-off, balls stay on slopes below tan⁻¹ μ_r. Limits: I of solid spheres, 2/5 m R².
+    """
+
+    name: ClassVar[str] = "rolling_spring_dashpot"
+    title: ClassVar[str] = "Rolling resistance, spring and dashpot (EPSD)"
+    family: ClassVar[str] = "rolling"
+    stage: ClassVar[Stage] = Stage.ROLLING
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            name="rolling_friction",
+            unit="1",
+            low=0.0,
+            high=10.0,
+            plausible=(0.0, 0.4),
+            vanishing=0.0,
+            meaning="Largest rolling couple over normal force times effective radius.",
+        ),
+        Parameter(
+            name="rolling_damping",
+            unit="1",
+            low=0.0,
+            high=10.0,
+            plausible=(0.1, 0.5),
+            default=0.3,
+            meaning="Share of critical damping of the rolling spring.",
+        ),
+    )
+    memory: ClassVar[tuple[Memory, ...]] = (Memory("couple"),)
+    coefficients: ClassVar[tuple[str, ...]] = ("rolling_friction", "rolling_damping")
+    visible_as: ClassVar[str] = "steeper heaps that stand still; balls rest on gentle slopes"
+    source: ClassVar[str] = "Ai, Chen, Rotter & Ooi (2011), doi 10.1016/j.powtec.2010.09.030, model C"
+
+    def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
+        """Return μ_r [1] and η_r [1]."""
+        return {name: self.value(name, pair) for name in self.coefficients}
+
+    @ti.func
+    def wrench(self, p, c: ti.template(), m: ti.template()):
+        turning = c.spin_i - c.spin_j
+        turning = turning - turning.dot(c.normal) * c.normal
+        arm = p.rolling_friction * c.radius
+        stiffness = 2.25 * c.normal_stiffness * arm * arm
+        held = m.couple
+        held = held + (0.5 * c.dt * (c.spin_i + c.spin_j).dot(c.normal)) * c.normal.cross(held)
+        held = held - held.dot(c.normal) * c.normal - (stiffness * c.dt) * turning
+        cap = arm * c.elastic_force
+        size = held.dot(held)
+        couple = held
+        if size > cap * cap:
+            held = held * (cap / ti.sqrt(size))
+            couple = held
+        else:
+            inverse_inertia = c.inverse_mass_i / (1.4 * c.radius_i * c.radius_i)
+            if c.inverse_mass_j > 0.0:
+                inverse_inertia += c.inverse_mass_j / (1.4 * c.radius_j * c.radius_j)
+            couple = held - (2.0 * p.rolling_damping * ti.sqrt(stiffness / inverse_inertia)) * turning
+        m.couple = held
+        return Wrench(force=vec3(0.0), torque=couple)

@@ -1,0 +1,126 @@
+"""What a bulk test declares: settings with units, what it measures, a scene, a procedure and a measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from taichidem.errors import InputError, TaichidemError, unknown_name
+from taichidem.procedure import Procedure, World, play
+from taichidem.scene import Model, Scene
+from taichidem.simulation import Simulation, Snapshot
+
+
+class Settings(BaseModel):
+    """Base of an experiment's settings: frozen, SI inside, texts with units accepted, unknown names refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+@dataclass(frozen=True)
+class Observable:
+    """A quantity that an experiment measures."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one world of an experiment gave.
+
+    Attributes:
+        observables: name → value, in the units the experiment declares; empty when the world failed.
+        seed: of this world's random stream.
+        failure: why the world stopped, or None.
+        snapshot: its grains at the end, or None when it failed.
+        details: further numbers and reports of the measurement.
+    """
+
+    observables: Mapping[str, float]
+    seed: int
+    failure: str | None = None
+    snapshot: Snapshot | None = None
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Experiment:
+    """Base of bulk tests; a subclass is one file."""
+
+    name: ClassVar[str] = ""
+    title: ClassVar[str] = ""
+    imitates: ClassVar[str] = ""  # the real instrument or standard
+    observables: ClassVar[tuple[Observable, ...]] = ()
+    settings_type: ClassVar[type[Settings]] = Settings
+
+    def __init__(self, **settings: Any) -> None:
+        known = self.settings_type.model_fields
+        for name in settings:
+            if name not in known:
+                raise unknown_name(f"setting of {self.name}", name, known)
+        try:
+            self.settings: Any = self.settings_type(**settings)
+        except ValidationError as error:
+            raise InputError(_explain(self, error)) from None
+
+    def scene(self, model: Model) -> Scene:
+        """Return the apparatus with room for the grains."""
+        raise NotImplementedError
+
+    def procedure(self, world: World, model: Model) -> Procedure:
+        """Yield the durations [s] that pass between the acts of the test."""
+        raise NotImplementedError
+
+    def measure(self, snapshot: Snapshot) -> tuple[dict[str, float], dict[str, Any]]:
+        """Return the observables and further details of the end state."""
+        raise NotImplementedError
+
+    def run(
+        self,
+        models: Model | Sequence[Model],
+        seeds: Sequence[int],
+        *,
+        schedule: str = "worlds",
+        report: Callable[[float], None] | None = None,
+    ) -> list[Outcome]:
+        """Run one world per seed (and per model, where several are given: then one seed each) and measure them all.
+
+        Raises:
+            InputError: numbers of models and seeds that do not fit together.
+        """
+        models = [models] * len(seeds) if isinstance(models, Model) else list(models)
+        if not seeds or len(models) != len(seeds):
+            raise InputError(
+                f"{len(models)} models and {len(seeds)} seeds were given; give one seed per model, at least one."
+            )
+        simulation = Simulation([self.scene(model) for model in models], schedule)
+        worlds = [World(simulation, k, np.random.default_rng(seed)) for k, seed in enumerate(seeds)]
+        play(simulation, [self.procedure(w, m) for w, m in zip(worlds, models, strict=True)], worlds, report)
+        return [self._outcome(world, seed) for world, seed in zip(worlds, seeds, strict=True)]
+
+    def _outcome(self, world: World, seed: int) -> Outcome:
+        failure = world.simulation.failure(world.number)
+        if failure:
+            return Outcome({}, seed, failure)
+        snapshot = world.snapshot()
+        try:
+            observables, details = self.measure(snapshot)
+        except (TaichidemError, ValueError) as error:
+            return Outcome({}, seed, f"The end state can't be measured: {error}", snapshot)
+        return Outcome(observables, seed, None, snapshot, details)
+
+
+def _explain(experiment: Experiment, error: ValidationError) -> str:
+    lines = []
+    for problem in error.errors():
+        name = ".".join(str(part) for part in problem["loc"]) or "settings"
+        declared = experiment.settings_type.model_fields.get(name)
+        unit = (declared.json_schema_extra or {}).get("unit", "1") if declared else "1"  # type: ignore[union-attr]
+        cause = problem["msg"].removeprefix("Value error, ")
+        lines.append(f"{experiment.name}.{name} is {problem['input']!r} [{unit}]: {cause}.")
+    return " ".join(lines)

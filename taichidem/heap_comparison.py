@@ -1,0 +1,184 @@
+"""The whole road once: pour heaps, picture them, measure their angle, compare with the laboratory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.comparison import ComparisonReport, compare
+from analysis.plots_repose import plot_profile
+from analysis.repose_image import ReposeImageReport, measure_repose_image
+from analysis.repose_image_settings import ImageSettings
+from taichidem.errors import InputError, SimulationError
+from taichidem.experiments import FixedFunnel, Outcome
+from taichidem.graphics import require_graphics
+from taichidem.output_vtk import write_grains, write_walls
+from taichidem.render import heap_picture, side_views
+from taichidem.scene import Model
+
+LABORATORY = (
+    30.18,
+    0.51,
+)  # [deg], angle of repose of polypropylene and its standard uncertainty, Sudsawat et al. (2023)
+AZIMUTHS = tuple(range(0, 180, 15))  # [deg], half a turn; the other half holds the same outlines mirrored
+PIXELS_PER_METRE = 8000.0
+
+Report = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class HeapComparison:
+    """A simulated heap beside a measured one.
+
+    Attributes:
+        comparison: S ± u_S, D ± u_D, E, u_val and the sentence.
+        pictures: the picture measurement of each heap that was poured.
+        outcomes: of every seed, failed ones included.
+        files: what was written, by name.
+        experiment: with the settings used.
+    """
+
+    comparison: ComparisonReport
+    pictures: tuple[ReposeImageReport, ...]
+    outcomes: tuple[Outcome, ...]
+    files: dict[str, Path]
+    experiment: FixedFunnel
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the numbers as plain types for JSON."""
+        good = [o for o in self.outcomes if o.failure is None]
+        return {
+            "comparison": self.comparison.as_dict(),
+            "from_pictures_deg": {str(o.seed): p.angle_deg for o, p in zip(good, self.pictures, strict=True)},
+            "from_positions_deg": {str(o.seed): o.observables["angle_of_repose"] for o in good},
+            "window": {"fit_from": self.experiment.settings.fit_from, "fit_to": self.experiment.settings.fit_to},
+            "failures": {str(o.seed): o.failure for o in self.outcomes if o.failure},
+            "settings": self.experiment.settings.model_dump(),
+            "files": {name: str(path) for name, path in self.files.items()},
+        }
+
+
+def compare_heap(
+    model: Model,
+    seeds: Sequence[int],
+    output: str | Path,
+    *,
+    experiment: FixedFunnel | None = None,
+    measured: tuple[float, float] = LABORATORY,
+    report: Report | None = None,
+) -> HeapComparison:
+    """Pour one heap per seed, picture and measure each, and compare the mean angle with the laboratory's.
+
+    Args:
+        model: materials and effects.
+        seeds: one heap each; two or more give the scatter from heap to heap.
+        output: folder for heap.png, profile.png, angle.png, result.json, grains.vtp and walls.vtp.
+        experiment: settings of the pour; the paper's by default.
+        measured: angle and its standard uncertainty [deg].
+        report: called with the stage and the share done, for a progress bar.
+
+    Raises:
+        InputError: the folder can't be written.
+        EnvironmentProblem: nothing can be drawn on this machine.
+        SimulationError: every heap failed.
+    """
+    folder = writable_folder(output)
+    require_graphics()  # better now than after minutes of pouring
+    experiment = experiment or FixedFunnel()
+    tell = report or (lambda stage, share: None)
+    outcomes = experiment.run(model, seeds, report=lambda share: tell("pouring", share))
+    good = [o for o in outcomes if o.failure is None]
+    if not good:
+        raise SimulationError("Every heap failed: " + " ".join(str(o.failure) for o in outcomes))
+    pictures = []
+    for done, outcome in enumerate(good):
+        tell("picturing", done / len(good))
+        pictures.append(picture_angle(experiment, outcome))
+    comparison = compare([p.angle_deg for p in pictures], *measured)
+    tell("writing", 0.0)
+    files = _write(folder, experiment, model, good, pictures, measured)
+    result = HeapComparison(comparison, tuple(pictures), tuple(outcomes), files, experiment)
+    files["result"].write_text(json.dumps(result.as_dict(), indent=2) + "\n")
+    tell("writing", 1.0)
+    return result
+
+
+def writable_folder(path: str | Path) -> Path:
+    """Return a folder that exists and can be written, or raise InputError before anything is simulated."""
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / ".writable"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(
+            f"Output folder {folder}: can't be written ({error.strerror}). Give another with -o."
+        ) from error
+    return folder
+
+
+def picture_angle(experiment: FixedFunnel, outcome: Outcome) -> ReposeImageReport:
+    """Measure the angle of one heap from side views all around it."""
+    assert outcome.snapshot is not None
+    s = experiment.settings
+    position, radius = heap_of(experiment, outcome)
+    reach = 1.15 * s.cup_radius
+    top = float((position[:, 2] + radius).max())
+    views = side_views(
+        position,
+        radius,
+        AZIMUTHS,
+        pixels_per_metre=PIXELS_PER_METRE,
+        extent=(reach, -0.1 * s.cup_radius, top + 0.25 * s.cup_radius),
+    )
+    settings = ImageSettings(
+        fit_from=s.fit_from,
+        fit_to=s.fit_to,
+        base_width_m=2 * s.cup_radius,
+        pixels_per_metre=PIXELS_PER_METRE,
+        axis_px=views[0].origin_px[0],
+        tilt_deg=0.0,
+        channel_order="RGB",
+    )
+    return measure_repose_image([v.image for v in views], settings, [f"{v.azimuth_deg:.0f}°" for v in views])
+
+
+def heap_of(experiment: FixedFunnel, outcome: Outcome) -> tuple[np.ndarray, np.ndarray]:
+    """Return centres and radii of the grains in or on the cup [m]; what is falling past it is no part of the heap."""
+    assert outcome.snapshot is not None
+    position = outcome.snapshot.position
+    kept = (position[:, 2] > 0) & (np.hypot(position[:, 0], position[:, 1]) < 1.1 * experiment.settings.cup_radius)
+    return position[kept], outcome.snapshot.radius[kept]
+
+
+def _write(
+    folder: Path,
+    experiment: FixedFunnel,
+    model: Model,
+    outcomes: Sequence[Outcome],
+    pictures: Sequence[ReposeImageReport],
+    measured: tuple[float, float],
+) -> dict[str, Path]:
+    """Write pictures and files of the heap nearest to the mean angle."""
+    angles = np.array([p.angle_deg for p in pictures])
+    typical = int(np.abs(angles - angles.mean()).argmin())
+    outcome = outcomes[typical]
+    assert outcome.snapshot is not None
+    position, radius = heap_of(experiment, outcome)
+    walls = experiment.walls(model)
+    names = ("heap.png", "profile.png", "angle.png", "grains.vtp", "walls.vtp", "result.json")
+    files = {Path(name).stem: folder / name for name in names}
+    heap_picture(position, radius, walls=walls, path=files["heap"])
+    plot_profile(outcome.details["profile"], files["profile"], measured, f"Heap of seed {outcome.seed}, from positions")
+    pictures[typical].save_annotated(files["angle"])
+    s = outcome.snapshot
+    fields = {"velocity": s.velocity, "angular_velocity": s.spin, "id": s.identity, "mass": s.mass}
+    write_grains(files["grains"], s.position, s.radius, fields=fields, time=s.time)
+    write_walls(files["walls"], walls)
+    return files

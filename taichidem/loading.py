@@ -1,0 +1,268 @@
+"""Put scenes into an engine: find its sizes, lay out the worlds, write walls and coefficients."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from taichidem.engine import Engine
+from taichidem.errors import CompositionError
+from taichidem.scene import Scene
+from taichidem.state import Sizes
+from taichidem.walls import KINDS, Wall
+from taichidem.walls.mesh_grid import MeshGrid, sort_facets
+
+KIND_NAMES = [kind.name for kind in KINDS]
+FACET = KIND_NAMES.index("facet")
+DEFAULT_SKIN = 0.4  # of the largest radius: a pour rebuilds its lists every few dozen steps, a settled bed hardly ever
+
+
+@dataclass
+class WorldLayout:
+    """What one scene needs of each table."""
+
+    scene: Scene
+    wall_rows: list[tuple[int, int, dict]]  # wall number, kind, kernel row
+    cell_size: float
+    cells: tuple[int, int, int]
+    grids: dict[int, MeshGrid]  # by wall number
+
+    @property
+    def skin(self) -> float:
+        return DEFAULT_SKIN * self.scene.largest_radius if self.scene.skin is None else self.scene.skin
+
+    @property
+    def elements(self) -> int:
+        scene = self.scene
+        if scene.bodies is None or scene.bodies.single:
+            return scene.room
+        per_body = len(scene.bodies.element_body) / len(scene.bodies)
+        return int(np.ceil(per_body * scene.room))
+
+    @property
+    def slots(self) -> int:
+        return int(self.scene.partners * self.elements) + 32
+
+    @property
+    def patches(self) -> int:
+        return len({(wall, row["patch"]) for wall, kind, row in self.wall_rows if kind == FACET and row["patch"] >= 0})
+
+    def sizes(self) -> Sizes:
+        """Return the rows this scene needs in each table."""
+        by_kind = np.bincount([kind for _, kind, _ in self.wall_rows], minlength=len(KIND_NAMES))
+        corner_edges = sum(
+            len(side["corner_edges"]) for _, kind, row in self.wall_rows if kind == FACET for side in row["sides"]
+        )
+        return Sizes(
+            worlds=1,
+            bodies=self.scene.room,
+            elements=self.elements,
+            slots=self.slots,
+            cells=int(np.prod(self.cells)),
+            meshes=len(self.grids),
+            mesh_cells=sum(len(grid.starts) for grid in self.grids.values()),
+            mesh_facets=sum(len(grid.facets) for grid in self.grids.values()),
+            walls=len(self.scene.walls),
+            wall_elements=len(self.wall_rows) + self.patches,
+            planes=int(by_kind[KIND_NAMES.index("plane")]),
+            revolved=int(by_kind[KIND_NAMES.index("revolved")]),
+            facets=int(by_kind[FACET]),
+            corner_edges=corner_edges,
+            pair_rows=len(self.scene.model.materials) ** 2,
+        )
+
+
+def lay_out(scene: Scene) -> WorldLayout:
+    """Return what a scene needs: kernel rows of its walls (plain kinds first) and a grid of cells."""
+    wall_rows = [
+        (number, KIND_NAMES.index(wall.kind()), row) for number, wall in enumerate(scene.walls) for row in wall.rows()
+    ]
+    wall_rows.sort(key=lambda item: item[1] == FACET)
+    skin = DEFAULT_SKIN * scene.largest_radius if scene.skin is None else scene.skin
+    reach = 2 * scene.largest_radius + skin + scene.model.reach()
+    lower, upper = (np.asarray(corner, float) for corner in scene.domain)
+    size = reach
+    most = max(4096, 8 * scene.room)
+    while np.prod(np.maximum(1, np.floor((upper - lower) / size))) > most:
+        size *= 1.2  # a wide domain with few grains needs no finer grid
+    x, y, z = (max(1, int(n)) for n in np.floor((upper - lower) / size) + 1)
+    near = scene.largest_radius + scene.model.reach() + skin
+    return WorldLayout(scene, wall_rows, size, (x, y, z), _grids(wall_rows, near))
+
+
+def _grids(wall_rows: list[tuple[int, int, dict]], near: float) -> dict[int, MeshGrid]:
+    facets: dict[int, list[dict]] = defaultdict(list)
+    for number, kind, row in wall_rows:
+        if kind == FACET:
+            facets[number].append(row)
+    return {
+        number: sort_facets(np.array([r["corners"] for r in rows]), np.array([r["normal"] for r in rows]), near)
+        for number, rows in facets.items()
+    }
+
+
+def total_sizes(layouts: Sequence[WorldLayout]) -> Sizes:
+    """Return the sizes that hold all scenes together."""
+    each = [layout.sizes() for layout in layouts]
+    return Sizes(**{f.name: sum(getattr(s, f.name) for s in each) for f in fields(Sizes)})
+
+
+def check_alike(scenes: Sequence[Scene]) -> None:
+    """Raise CompositionError unless all scenes can run in one engine."""
+    compositions = {tuple(sorted(map(repr, composition(scene)))) for scene in scenes}
+    if len(compositions) > 1:
+        raise CompositionError(
+            f"The scenes hold different effects ({' | '.join(map(str, sorted(compositions)))}); worlds of one simulation "
+            "share one compiled law. Give each scene the same effects; a strength may be at its vanishing value."
+        )
+
+
+def composition(scene: Scene) -> tuple:
+    """Return what the compiled law of a scene depends on."""
+    return tuple(sorted((e.composition for e in scene.model.effects), key=repr))
+
+
+class Loader:
+    """Write scenes into the tables of an engine, world by world."""
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine = engine
+        self.access = engine.access
+        self.next: dict[str, int] = defaultdict(int)
+
+    def load(self, world: int, layout: WorldLayout) -> None:
+        """Write one scene as world number `world` (worlds must come in order)."""
+        first_wall, first_element = self._write_walls(layout)
+        first_row = self._write_coefficients(world, layout.scene)
+        self._write_world(world, layout, first_wall, first_element, first_row)
+
+    def _take(self, name: str, count: int) -> int:
+        first = self.next[name]
+        self.next[name] += count
+        return first
+
+    def _write_world(
+        self, world: int, layout: WorldLayout, first_wall: int, first_element: int, first_row: int
+    ) -> None:
+        scene = layout.scene
+        plain = sum(kind != FACET for _, kind, _ in layout.wall_rows)
+        x, y, z = layout.cells
+        first_body = 2 * self._take("body", scene.room)
+        first_owned = first_body if self.engine.single else 2 * self._take("element", layout.elements)
+        first_slot = 2 * self._take("slot", layout.slots)
+        values = {
+            "first_body": first_body,
+            "body_capacity": scene.room,
+            "body_base": first_body,
+            "first_element": first_owned,
+            "element_capacity": scene.room if self.engine.single else layout.elements,
+            "element_base": first_owned,
+            "first_slot": first_slot,
+            "slot_capacity": layout.slots,
+            "slot_base": first_slot,
+            "lower": np.asarray(scene.domain[0], float),
+            "upper": np.asarray(scene.domain[1], float),
+            "cell_size": layout.cell_size,
+            "first_cell": self._take("cell", x * y * z + 1),
+            "cells_x": x,
+            "cells_y": y,
+            "cells_z": z,
+            "first_wall": first_wall,
+            "walls": len(scene.walls),
+            "first_wall_element": first_element,
+            "wall_elements": len(layout.wall_rows) + layout.patches,
+            "plain_elements": plain,
+            "first_mesh": self.next["mesh"] - len(layout.grids),
+            "meshes": len(layout.grids),
+            "first_row": first_row,
+            "materials": len(scene.model.materials),
+            "dt": scene.dt,
+            "skin": layout.skin,
+            "reach": scene.model.reach(),
+            "largest_radius": scene.largest_radius,
+        }
+        self.access["worlds"].write(world, [values])
+
+    def _write_coefficients(self, world: int, scene: Scene) -> int:
+        own: dict = {e.composition: e for e in scene.model.effects}
+        pairs = scene.model.pairs()
+        first = self._take("row", len(pairs))
+        for bound, access in zip(self.engine.law.contact_bound, self.access["contact"], strict=True):
+            effect = own[bound.effect.composition]
+            access.write(first, [effect.kernel_coefficients(p) if scene.can_touch(p) else {} for p in pairs])
+        for bound, access in zip(self.engine.law.body_bound, self.access["body"], strict=True):
+            access.write(world, [own[bound.effect.composition].kernel_coefficients()])
+        return first
+
+    def _write_walls(self, layout: WorldLayout) -> tuple[int, int]:
+        scene = layout.scene
+        first_wall = self._take("wall", len(scene.walls))
+        self.access["walls"].write(
+            first_wall, [wall_row(scene.model.material_number(w.material), w) for w in scene.walls]
+        )
+        first = self._take("wall_element", len(layout.wall_rows) + layout.patches)
+        patches: dict[tuple[int, int], int] = {}
+        elements: list[dict] = []
+        geometry: dict[int, list[dict]] = defaultdict(list)
+        for number, kind, values in layout.wall_rows:
+            patch = -1
+            if kind == FACET and values["patch"] >= 0:
+                key = (number, values["patch"])
+                patch = patches.setdefault(key, first + len(layout.wall_rows) + len(patches))
+            row = self.next[KIND_NAMES[kind]] + len(geometry[kind])
+            geometry[kind].append(values)
+            if kind == FACET:
+                self.access["sides"].write(3 * row, [self._with_corner(side) for side in values["sides"]])
+            elements.append({"kind": kind, "row": row, "wall": first_wall + number, "patch": patch})
+        elements += [{"kind": -1, "row": -1, "wall": first_wall + number, "patch": -1} for number, _ in patches]
+        self.access["wall_elements"].write(first, elements)
+        for kind, rows in geometry.items():
+            self.access[KIND_NAMES[kind]].write(self._take(KIND_NAMES[kind], len(rows)), rows)
+        self._write_meshes(layout, first_wall, first)
+        return first_wall, first
+
+    def _write_meshes(self, layout: WorldLayout, first_wall: int, first_element: int) -> None:
+        for number, grid in layout.grids.items():
+            own = [
+                first_element + k
+                for k, (wall, kind, _) in enumerate(layout.wall_rows)
+                if wall == number and kind == FACET
+            ]
+            first_cell = self._take("mesh_cell", len(grid.starts))
+            first_facet = self._take("mesh_facet", len(grid.facets))
+            x, y, z = grid.cells
+            row = {
+                "wall": first_wall + number,
+                "lower": grid.lower,
+                "cell_size": grid.cell_size,
+                "first_cell": first_cell,
+            }
+            self.access["meshes"].write(self._take("mesh", 1), [row | {"cells_x": x, "cells_y": y, "cells_z": z}])
+            self.access["mesh_cells"].write(first_cell, [{"start": first_facet + int(s)} for s in grid.starts])
+            self.access["mesh_facets"].write(first_facet, [{"element": own[f]} for f in grid.facets])
+
+    def _with_corner(self, side: dict) -> dict:
+        edges = side["corner_edges"]
+        first = self._take("corner", len(edges))
+        self.access["corner_edges"].write(first, [{"along": along} for along in edges])
+        return side | {"corner_first": first, "corner_last": first + len(edges)}
+
+
+def wall_row(material: int, wall: Wall) -> dict:
+    """Return the kernel row of a wall's rigid motion."""
+    return {
+        "origin": wall.motion.centre,
+        "velocity": wall.motion.velocity,
+        "spin": wall.motion.spin,
+        "first_row": (1.0, 0.0, 0.0),
+        "second_row": (0.0, 1.0, 0.0),
+        "third_row": (0.0, 0.0, 1.0),
+        "extent": wall.extent() if any(wall.motion.spin) else 0.0,
+        "removed_at": wall.removed_at,
+        "material": material,
+        "moves": int(wall.motion.moves),
+        "turned": 0,
+    }

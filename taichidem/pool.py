@@ -1,0 +1,37 @@
+"""Keep compiled engines and hand them out again; compiling costs more than many a small simulation."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Sequence
+
+from taichidem.engine import CPU_LANES, Engine
+from taichidem.engine_io import Exchange
+from taichidem.loading import Loader, check_alike, composition, lay_out, total_sizes
+from taichidem.scene import Scene
+from taichidem.stepper import Stepper
+
+MOST_ENGINES = 24  # far below Taichi's 512 trees per process
+
+_engines: OrderedDict[tuple, tuple[Engine, Exchange, Stepper]] = OrderedDict()
+
+
+def engine_for(scenes: Sequence[Scene], schedule: str) -> tuple[Engine, Exchange, Stepper]:
+    """Return an engine loaded with the scenes, a fitting compiled one where there is one."""
+    check_alike(scenes)
+    layouts = [lay_out(scene) for scene in scenes]
+    sizes = total_sizes(layouts).rounded()
+    single = all(scene.bodies is None or scene.bodies.single for scene in scenes)
+    key = (composition(scenes[0]), sizes, single, schedule)
+    if key not in _engines:
+        while len(_engines) >= MOST_ENGINES:
+            _, (oldest, _, _) = _engines.popitem(last=False)
+            oldest.user = None
+            oldest.arena.destroy()
+        engine = Engine(tuple(scenes[0].model.effects), sizes, single, schedule, CPU_LANES)
+        _engines[key] = (engine, Exchange(engine), Stepper(engine))
+    _engines.move_to_end(key)
+    loader = Loader(_engines[key][0])
+    for world, layout in enumerate(layouts):
+        loader.load(world, layout)
+    return _engines[key]

@@ -1,0 +1,160 @@
+"""Say what happens in an experiment as a plain Python function per world, and play many of them side by side.
+
+A procedure is a generator: it acts on its own world (insert grains, look, decide) and yields the duration [s] it wants
+to pass. All worlds are then advanced together, and each procedure goes on where it stopped. A world only ever sees
+itself, so it behaves the same alone and among others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from taichidem.bodies import Bodies
+from taichidem.errors import InputError
+from taichidem.insertion import Region, fill_at_random, place_at_random
+from taichidem.materials import Material
+from taichidem.simulation import Simulation, Snapshot
+
+Procedure = Generator[float, None, None]
+
+
+@dataclass
+class World:
+    """One world as its procedure sees it."""
+
+    simulation: Simulation
+    number: int
+    rng: np.random.Generator
+    progress: float = 0.0  # share of the procedure that is done
+
+    def insert(self, bodies: Bodies) -> None:
+        """Add bodies."""
+        self.simulation.insert(bodies, world=self.number)
+
+    def snapshot(self) -> Snapshot:
+        """Return the bodies now."""
+        return self.simulation.snapshot(self.number)
+
+    @property
+    def time(self) -> float:
+        """The time [s]."""
+        return self.simulation.time(self.number)
+
+    @property
+    def kinetic_energy(self) -> float:
+        """The kinetic energy [J]."""
+        return self.simulation.kinetic_energy(self.number)
+
+
+@dataclass(frozen=True)
+class Grain:
+    """A spherical grain: radius [m], material and its number in the model."""
+
+    radius: float
+    material: Material
+    number: int
+
+    @property
+    def mass(self) -> float:
+        """m = 4/3 π ρ R³ [kg]."""
+        return 4 / 3 * np.pi * self.material.density * self.radius**3
+
+    def spheres(self, centres: np.ndarray, velocity: tuple[float, float, float]) -> Bodies:
+        """Return such grains at the given centres [m]."""
+        return Bodies.spheres(centres, self.radius, self.material.density, material=self.number, velocity=velocity)
+
+
+def pour(
+    world: World,
+    grain: Grain,
+    region: Region,
+    count: int,
+    rate: float,
+    batch_interval: float,
+    velocity: tuple[float, float, float],
+    share: tuple[float, float] = (0.0, 1.0),
+) -> Procedure:
+    """Let grains appear in batches at a rate [1/s] until `count` have come; what finds no place comes with a later batch.
+
+    Raises:
+        InputError: the region stays full, so that the rate can't be kept.
+    """
+    done = 0
+    began = world.time
+    while done < count:
+        due = min(count, int(np.floor((world.time - began) * rate + rate * batch_interval + 1e-9)))
+        present = world.snapshot()
+        centres = place_at_random(world.rng, region, due - done, grain.radius, present.position, present.radius)
+        if len(centres):
+            world.insert(grain.spheres(centres, velocity))
+            done += len(centres)
+        if due - done > 20 * rate * batch_interval + 20:
+            raise InputError(
+                f"The stream can't keep {rate:g} grains per second: {due - done} of them wait for a free place. Enlarge its "
+                "region, raise the drop velocity, or lower the rate."
+            )
+        world.progress = share[0] + (share[1] - share[0]) * done / count
+        yield batch_interval
+
+
+def rain(
+    world: World, grain: Grain, region: Region, count: int, velocity: tuple[float, float, float] = (0.0, 0.0, -0.3)
+) -> None:
+    """Put all grains at once at random places in a region.
+
+    Raises:
+        InputError: the region is too small for so many.
+    """
+    present = world.snapshot()
+    centres = fill_at_random(world.rng, region, count, grain.radius, present.position, present.radius)
+    world.insert(grain.spheres(centres, velocity))
+
+
+def settle(
+    world: World, grain: Grain, *, at_least: float, at_most: float, quiet: float = 1e-4, gravity: float = 9.81
+) -> Procedure:
+    """Wait until the mean kinetic energy of a grain is below `quiet` times m g d, within given times [s].
+
+    A grain that trembles, as the constant-torque rolling law lets it, never rests fully; the limit is well above that.
+    """
+    interval = max(at_least / 10, 0.02)
+    waited = 0.0
+    while waited < at_most:
+        yield interval
+        waited += interval
+        if waited >= at_least - 1e-12:
+            grains = max(1, len(world.snapshot().mass))
+            if world.kinetic_energy < quiet * grains * grain.mass * gravity * 2 * grain.radius:
+                return
+
+
+def play(
+    simulation: Simulation,
+    procedures: Sequence[Procedure],
+    worlds: Sequence[World],
+    report: Callable[[float], None] | None = None,
+) -> None:
+    """Play the procedures of all worlds to their ends; a world that fails drops out, the others go on.
+
+    Args:
+        report: called with the mean share done, for a progress bar.
+    """
+    waiting = dict(enumerate(procedures))
+    while waiting:
+        durations = np.zeros(len(procedures))
+        for number in list(waiting):
+            if simulation.failure(number):
+                waiting.pop(number)
+                continue
+            try:
+                durations[number] = next(waiting[number])
+            except StopIteration:
+                waiting.pop(number)
+                worlds[number].progress = 1.0
+        if waiting:
+            simulation.run(durations)
+        if report:
+            report(float(np.mean([world.progress for world in worlds])))

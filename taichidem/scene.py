@@ -1,0 +1,197 @@
+"""What to simulate, said with plain values: a model (materials and effects) in an apparatus (walls, grains, domain)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from taichidem.bodies import Bodies
+from taichidem.effects.base import ContactEffect, Effect
+from taichidem.effects.law import check_composition
+from taichidem.errors import InputError, unknown_name
+from taichidem.materials import Material, MaterialPair, rayleigh_time_step
+from taichidem.walls import Wall
+
+SAFE_STEP = 0.2  # of the Rayleigh time
+LARGEST_STEP = 0.3  # of the Rayleigh time, beyond which contacts are not resolved
+
+
+@dataclass(frozen=True)
+class Model:
+    """What grains and walls are made of, and which physical effects act.
+
+    Args:
+        materials: the solids; contacts name them.
+        effects: instances, in any order; at most one per family.
+
+    Raises:
+        CompositionError: effects that exclude each other.
+        InputError: two materials of one name, or a parameter given for a pair of materials that do not exist.
+    """
+
+    materials: Sequence[Material]
+    effects: Sequence[Effect]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "materials", tuple(self.materials))
+        object.__setattr__(self, "effects", tuple(self.effects))
+        names = [m.name for m in self.materials]
+        if not names or len(set(names)) != len(names):
+            raise InputError(f"Materials are named {names}; give at least one, each with a name of its own.")
+        check_composition(tuple(self.effects))
+        for effect in self.effects:
+            for parameter, value in effect.values.items():
+                for pair in value if isinstance(value, dict) else ():
+                    self._check_pair(f"{effect.name}.{parameter}", pair)
+
+    def _check_pair(self, where: str, pair: str) -> None:
+        parts = pair.split("-")
+        if len(parts) != 2:
+            raise InputError(f"{where} is given for {pair!r}; a pair is written 'first-second'.")
+        for part in parts:
+            if part not in [m.name for m in self.materials]:
+                raise unknown_name(f"material in {where} of {pair!r}:", part, [m.name for m in self.materials])
+
+    def material_number(self, name: str) -> int:
+        """Return the position of a material in the model."""
+        names = [m.name for m in self.materials]
+        if name not in names:
+            raise unknown_name("material", name, names)
+        return names.index(name)
+
+    def pairs(self) -> list[MaterialPair]:
+        """Return every ordered pair of materials, row by row."""
+        return [MaterialPair(a, b) for a in self.materials for b in self.materials]
+
+    def reach(self) -> float:
+        """Return the largest gap [m] at which an effect acts."""
+        return max((e.reach() for e in self.effects if isinstance(e, ContactEffect)), default=0.0)
+
+    def with_value(self, name: str, value: float, pair: str | None = None) -> Model:
+        """Return a copy with the parameter "effect.parameter" changed.
+
+        Args:
+            name: effect and parameter, joined by a dot.
+            value: the new value, in the parameter's unit.
+            pair: the pair of materials "a-b" it holds for; where left out, a parameter that differs between pairs
+                changes for the first material with itself, and any other for every pair.
+
+        Raises:
+            InputError: an unknown effect, parameter or material, or a value out of bounds.
+        """
+        effect_name, _, parameter = name.partition(".")
+        names = [e.name for e in self.effects]
+        if effect_name not in names:
+            raise unknown_name("effect", effect_name, names)
+        effect = self.effects[names.index(effect_name)]
+        held = effect.values.get(parameter)
+        new: float | dict[str, float] = value
+        if pair is not None or isinstance(held, dict):
+            first = self.materials[0].name
+            every = held if isinstance(held, dict) else {f"{p.first.name}-{p.second.name}": held for p in self.pairs()}
+            changed = pair or f"{first}-{first}"
+            reverse = "-".join(reversed(changed.split("-")))
+            new = {k: v for k, v in every.items() if k != reverse and v is not None} | {changed: value}
+        options = {k: v for k, v in vars(effect).items() if k != "values"}
+        replaced = type(effect)(**options, **{**effect.values, parameter: new})
+        return Model(self.materials, [replaced if e is effect else e for e in self.effects])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """One world: a model, walls, the grains it starts with and room for those that come.
+
+    Args:
+        model: materials and effects.
+        walls: rigid walls.
+        bodies: grains present at time 0.
+        room: largest number of bodies at any time; by default those present at the start.
+        domain: lower and upper corner [m]; what leaves it is removed.
+        largest_radius, smallest_radius: of any grain that will ever be there [m]; by default those of `bodies`.
+        time_step: [s]; by default 0.2 of the Rayleigh time of the smallest grain.
+        force_time_step: allow a step above 0.3 of the Rayleigh time.
+        skin: margin of the neighbour lists [m]; by default a share of the largest radius that suits a pour.
+        partners: listed partners per element to make room for.
+
+    Raises:
+        InputError: a time step too large for the contacts, a domain without volume, too little room.
+    """
+
+    model: Model
+    walls: Sequence[Wall] = ()
+    bodies: Bodies | None = None
+    room: int = 0
+    domain: tuple[Sequence[float], Sequence[float]]
+    largest_radius: float = 0.0
+    smallest_radius: float = 0.0
+    time_step: float | None = None
+    force_time_step: bool = False
+    skin: float | None = None
+    partners: float = 12.0
+    grain_materials: Sequence[str] = field(default=())
+
+    def __post_init__(self) -> None:
+        lower, upper = (np.asarray(corner, float) for corner in self.domain)
+        if (
+            lower.shape != (3,)
+            or upper.shape != (3,)
+            or not np.all(np.isfinite([lower, upper]))
+            or np.any(upper <= lower)
+        ):
+            raise InputError(
+                f"domain is {self.domain!r}; give a lower and a higher corner of three finite numbers [m]."
+            )
+        present = 0 if self.bodies is None else len(self.bodies)
+        room = max(self.room, present)
+        if room < 1:
+            raise InputError(
+                "The scene has no grains and no room for any; give bodies, or room for those that will come."
+            )
+        object.__setattr__(self, "room", room)
+        if self.bodies is not None:
+            radii = self.bodies.element_radius
+            object.__setattr__(self, "largest_radius", max(self.largest_radius, float(radii.max())))
+            smallest = float(radii.min())
+            object.__setattr__(self, "smallest_radius", min(self.smallest_radius or smallest, smallest))
+        object.__setattr__(self, "smallest_radius", self.smallest_radius or self.largest_radius)
+        if not 0 < self.smallest_radius <= self.largest_radius:
+            raise InputError("The scene needs the radius of its grains: give bodies, or largest_radius above 0 [m].")
+        for wall in self.walls:
+            self.model.material_number(wall.material)
+        for pair in self.model.pairs():
+            for effect in self.model.effects:
+                if isinstance(effect, ContactEffect) and self.can_touch(pair):
+                    effect.kernel_coefficients(pair)
+        self._check_time_step()
+
+    def can_touch(self, pair: MaterialPair) -> bool:
+        """Return True if a grain may be of the pair's first material (walls don't touch walls)."""
+        grains = set(self.grain_materials) or {m.name for m in self.model.materials}
+        return pair.first.name in grains
+
+    def rayleigh_time(self) -> float:
+        """Return the shortest Rayleigh time of the scene's grains [s]."""
+        grains = set(self.grain_materials)
+        if not grains and self.bodies is not None:
+            grains = {self.model.materials[k].name for k in np.unique(self.bodies.element_material)}
+        materials = [m for m in self.model.materials if not grains or m.name in grains]
+        return min(rayleigh_time_step(self.smallest_radius, m) for m in materials)
+
+    @property
+    def dt(self) -> float:
+        """The time step used [s]."""
+        return self.time_step if self.time_step is not None else SAFE_STEP * self.rayleigh_time()
+
+    def _check_time_step(self) -> None:
+        rayleigh = self.rayleigh_time()
+        if not (math.isfinite(self.dt) and self.dt > 0):
+            raise InputError(f"time_step is {self.time_step!r} s; it must be a finite number above 0.")
+        if self.dt > LARGEST_STEP * rayleigh and not self.force_time_step:
+            raise InputError(
+                f"time_step is {self.dt:.3g} s, {self.dt / rayleigh:.2f} of the Rayleigh time {rayleigh:.3g} s; allowed is "
+                f"up to {LARGEST_STEP}. Take {SAFE_STEP * rayleigh:.3g} s or less, soften the material, or set "
+                "force_time_step=True if you know that contacts stay resolved."
+            )

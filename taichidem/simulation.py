@@ -1,0 +1,164 @@
+"""Run scenes: worlds side by side in one engine, stepped to a time, read out, added to."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from taichidem import runtime
+from taichidem.bodies import Bodies
+from taichidem.errors import InputError, SimulationError
+from taichidem.scene import Scene
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The bodies of one world at one time, ordered by identity.
+
+    Attributes:
+        time: [s].
+        position, velocity, spin, force, torque: (n, 3), SI.
+        orientation: quaternions (w, x, y, z), (n, 4); identity for single spheres, which need none.
+        mass, radius: (n,).
+        identity: number given at insertion, (n,).
+        left: bodies that left the domain so far.
+        rebuilds: neighbour lists built so far.
+    """
+
+    time: float
+    position: np.ndarray
+    velocity: np.ndarray
+    spin: np.ndarray
+    force: np.ndarray
+    torque: np.ndarray
+    orientation: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+    radius: np.ndarray
+    identity: np.ndarray
+    left: int
+    rebuilds: int
+
+    @property
+    def kinetic_energy(self) -> float:
+        """Translational and rotational energy of spheres [J]."""
+        moving = (self.mass * (self.velocity**2).sum(1)).sum()
+        turning = (self.inertia * (self.spin**2).sum(1)).sum()
+        return 0.5 * float(moving + turning)
+
+
+REASONS = {
+    1: "diverged: a position became infinite or no number. Reduce the time step or the speeds.",
+    2: "ran out of room in its neighbour lists. Raise `partners` of the scene.",
+    3: "overlaps too far: a contact passed half a radius. Reduce the time step, the speeds, or stiffen the material.",
+}
+
+
+class Simulation:
+    """One or more worlds that share a compiled law.
+
+    Args:
+        scenes: one scene per world, or a single scene.
+        schedule: "worlds" (a thread per world) or "particles" (every thread on every world).
+
+    Raises:
+        CompositionError: scenes with different effects.
+    """
+
+    def __init__(self, scenes: Scene | Sequence[Scene], schedule: str = "worlds") -> None:
+        runtime.start()
+        from taichidem import pool
+
+        self.scenes = [scenes] if isinstance(scenes, Scene) else list(scenes)
+        if not self.scenes:
+            raise InputError("No scene was given; a simulation needs at least one.")
+        if schedule not in ("worlds", "particles"):
+            raise InputError(f"schedule is {schedule!r}; allowed are 'worlds' and 'particles'.")
+        self.schedule = schedule
+        self._engine, self._exchange, self._stepper = pool.engine_for(self.scenes, schedule)
+        self._engine.user = self
+        self._identities = [itertools.count() for _ in self.scenes]
+        self._inserted = [0] * len(self.scenes)
+        for world, scene in enumerate(self.scenes):
+            if scene.bodies is not None:
+                self.insert(scene.bodies, world=world)
+
+    def __len__(self) -> int:
+        return len(self.scenes)
+
+    def _world(self, world: int) -> dict[str, float]:
+        self._check_open()
+        return self._engine.access["worlds"].read(world)
+
+    def _check_open(self) -> None:
+        if self._engine.user is not self:
+            raise SimulationError(
+                "This simulation's engine was handed to a newer one; read its results before starting another."
+            )
+
+    def time(self, world: int = 0) -> float:
+        """Return the time of a world [s]."""
+        return self._world(world)["step"] * self.scenes[world].dt
+
+    def insert(self, bodies: Bodies, *, world: int = 0) -> None:
+        """Add bodies to a world.
+
+        Raises:
+            InputError: there is no room for so many.
+        """
+        self._check_open()
+        present = int(self._world(world)["bodies"])
+        room = self.scenes[world].room
+        if present + len(bodies) > room:
+            raise InputError(
+                f"World {world} holds {present} bodies and {len(bodies)} more were given; it has room for {room}. "
+                "Raise `room` of the scene."
+            )
+        if self._engine.single and not bodies.single:
+            raise InputError(
+                "Composed bodies were given to a world of single spheres; put one into the scene's bodies."
+            )
+        self._exchange.insert(world, bodies, self._inserted[world])
+        self._inserted[world] += len(bodies)
+
+    def run(self, duration: float | Sequence[float] | np.ndarray) -> None:
+        """Advance every running world by a duration [s], one for all or one each; a stopped world is left as it is."""
+        self._check_open()
+        durations = np.broadcast_to(np.asarray(duration, float), (len(self),))
+        for world, (scene, seconds) in enumerate(zip(self.scenes, durations, strict=True)):
+            steps = round(float(seconds) / scene.dt)
+            self._engine.set_target(world, max(0, steps))
+        self._stepper.run(len(self))
+
+    def run_steps(self, steps: int) -> None:
+        """Advance every running world by a number of steps."""
+        for world in range(len(self)):
+            self._engine.set_target(world, steps)
+        self._stepper.run(len(self))
+
+    def snapshot(self, world: int = 0) -> Snapshot:
+        """Return the bodies of a world now."""
+        self._check_open()
+        row = self._world(world)
+        arrays = self._exchange.read(world, int(row["bodies"]))
+        time = row["step"] * self.scenes[world].dt
+        return Snapshot(time=time, left=int(row["left"]), rebuilds=int(row["rebuilds"]), **arrays)
+
+    def kinetic_energy(self, world: int = 0) -> float:
+        """Return the kinetic energy of a world [J]."""
+        self._check_open()
+        return float(self._exchange.kinetic(world))
+
+    def failure(self, world: int = 0) -> str | None:
+        """Return why a world stopped, or None while it is well."""
+        status = int(self._world(world)["status"])
+        return None if status == 0 else f"World {world} {REASONS[status]} (at {self.time(world):.6g} s)"
+
+    def check(self) -> None:
+        """Raise SimulationError if any world stopped."""
+        failures = [reason for world in range(len(self)) if (reason := self.failure(world))]
+        if failures:
+            raise SimulationError(" ".join(failures))

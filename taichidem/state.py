@@ -1,0 +1,208 @@
+"""The tables of an engine: worlds, bodies, contact elements, pair slots, cells and walls.
+
+Bodies (what moves) and contact elements (what touches) are different things. Where every body is one sphere about its
+own centre they share their row number and lie side by side in memory; otherwise an element points to its body.
+
+Bodies, elements and slots keep two halves per world: a rebuild of the neighbour lists writes the new order into the
+idle half and then changes sides, so nothing is copied back and the old lists stay readable while memory is carried over.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import taichi as ti
+
+from taichidem.arena import Arena
+from taichidem.contact import vec3, vec4
+from taichidem.walls.facet import SIDE_COLUMNS, FacetKind
+
+
+class Status(IntEnum):
+    """What a world is doing, or why it stopped."""
+
+    RUNNING = 0
+    DIVERGED = 1
+    LIST_FULL = 2
+    OVERLAP = 3
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Rows of each table, summed over worlds (before halves are doubled)."""
+
+    worlds: int
+    bodies: int
+    elements: int
+    slots: int
+    cells: int
+    meshes: int
+    mesh_cells: int
+    mesh_facets: int
+    walls: int
+    wall_elements: int
+    planes: int
+    revolved: int
+    facets: int
+    corner_edges: int
+    pair_rows: int
+
+    def covers(self, other: "Sizes") -> bool:
+        """True if an engine of this size can hold the other."""
+        return all(getattr(self, name) >= getattr(other, name) for name in self.__dataclass_fields__)
+
+    def rounded(self) -> "Sizes":
+        """Return every size rounded up to a power of two, so that similar scenes share one compiled engine."""
+        return Sizes(**{n: 1 << max(0, getattr(self, n) - 1).bit_length() for n in self.__dataclass_fields__})
+
+
+_WORLD = {
+    # bodies, elements and slots: first row of the region, rows of one half, active first row, rows in use
+    "first_body": ti.i32,
+    "body_capacity": ti.i32,
+    "body_base": ti.i32,
+    "bodies": ti.i32,
+    "first_element": ti.i32,
+    "element_capacity": ti.i32,
+    "element_base": ti.i32,
+    "elements": ti.i32,
+    "first_slot": ti.i32,
+    "slot_capacity": ti.i32,
+    "slot_base": ti.i32,
+    "slots": ti.i32,
+    # cells
+    "lower": vec3,
+    "upper": vec3,
+    "cell_size": ti.f64,
+    "first_cell": ti.i32,
+    "cells_x": ti.i32,
+    "cells_y": ti.i32,
+    "cells_z": ti.i32,
+    # walls and coefficients
+    "first_wall": ti.i32,
+    "walls": ti.i32,
+    "first_wall_element": ti.i32,
+    "wall_elements": ti.i32,
+    "plain_elements": ti.i32,
+    "first_mesh": ti.i32,
+    "meshes": ti.i32,
+    "first_row": ti.i32,
+    "materials": ti.i32,
+    # time
+    "step": ti.i32,
+    "target": ti.i32,
+    "dt": ti.f64,
+    "evaluation": ti.i32,
+    "fresh": ti.i32,
+    "stale": ti.i32,
+    # lists
+    "skin": ti.f64,
+    "reach": ti.f64,
+    "largest_radius": ti.f64,
+    "wall_travel": ti.f64,
+    "rebuilds": ti.i32,
+    "left": ti.i32,
+    # health
+    "status": ti.i32,
+    "largest_overlap": ti.f64,
+}
+
+_BODY = {"position": vec3, "velocity": vec3, "spin": vec3, "inverse_mass": ti.f64, "inverse_inertia": ti.f64}
+_ROTOR = {
+    "orientation": vec4,  # unit quaternion (w, x, y, z), body frame → world
+    "momentum": vec3,  # angular momentum, world frame [kg m²/s]
+    "inertia": vec3,  # principal moments [kg m²]
+    "force": vec3,
+    "torque": vec3,
+}
+_LOAD = {"force": vec3, "torque": vec3}
+_ELEMENT = {
+    "radius": ti.f64,
+    "listed_at": vec3,  # position when the lists were built
+    "slots_from": ti.i32,
+    "slots_to": ti.i32,
+    "material": ti.i32,
+    "came_from": ti.i32,
+    "cell": ti.i32,
+}
+_OWNED = {"body": ti.i32, "offset": vec3, "position": vec3}
+_LABEL = {"identity": ti.i32, "radius": ti.f64, "moved_to": ti.i32, "came_from": ti.i32, "cell": ti.i32}
+_SLOT = {
+    "partner": ti.i32,  # an element, or −1 − wall element
+    "row": ti.i32,  # of the effects' coefficients
+    "stamp": ti.i32,  # evaluation in which the pair last touched
+    "radius": ti.f64,  # R* and m*, which don't change while a pair is listed
+    "mass": ti.f64,
+}
+_WALL = {
+    "origin": vec3,
+    "velocity": vec3,
+    "spin": vec3,
+    "first_row": vec3,
+    "second_row": vec3,
+    "third_row": vec3,
+    "extent": ti.f64,
+    "removed_at": ti.f64,
+    "material": ti.i32,
+    "moves": ti.i32,
+    "turned": ti.i32,
+}
+# Elements of a world: first those that every grain looks at, then facets, then flat patches (row -1), which only
+# keep the contact memory that the facets of one plane share.
+_WALL_ELEMENT = {"kind": ti.i32, "row": ti.i32, "wall": ti.i32, "patch": ti.i32}
+
+# A mesh's facets by cell of a grid in its own frame, so that the lists hold however the mesh moves.
+_MESH = {
+    "wall": ti.i32,
+    "lower": vec3,
+    "cell_size": ti.f64,
+    "cells_x": ti.i32,
+    "cells_y": ti.i32,
+    "cells_z": ti.i32,
+    "first_cell": ti.i32,
+}
+_MESH_CELL = {"start": ti.i32}
+_MESH_FACET = {"element": ti.i32}
+_CORNER_EDGE = {"along": vec3}
+
+
+class State:
+    """All tables but those of the effects; `single` says that every body is one sphere about its own centre."""
+
+    def __init__(
+        self, arena: Arena, sizes: Sizes, single: bool, memories: list[dict], wall_kinds: tuple, gathering: bool
+    ) -> None:
+        self.sizes = sizes
+        self.single = single
+        self.members = {"worlds": _WORLD, "walls": _WALL, "wall_elements": _WALL_ELEMENT, "corner_edges": _CORNER_EDGE}
+        self.members |= {"sides": SIDE_COLUMNS, "meshes": _MESH, "mesh_cells": _MESH_CELL, "mesh_facets": _MESH_FACET}
+        self.members |= {kind.name: kind.columns for kind in wall_kinds}
+        self.worlds = arena.table(sizes.worlds, _WORLD)
+        if single:
+            self.bodies, self.loads, self.elements = arena.tables(2 * sizes.bodies, _BODY, _LOAD, _ELEMENT)
+            self.rotors = None
+            self.owned = None
+        else:
+            self.bodies, self.rotors = arena.tables(2 * sizes.bodies, _BODY, _ROTOR)
+            self.loads, self.elements, self.owned = arena.tables(2 * sizes.elements, _LOAD, _ELEMENT, _OWNED)
+        self.labels = arena.table(2 * sizes.bodies, _LABEL)
+        self.slots, *self.past = arena.tables(2 * sizes.slots, _SLOT, *memories)
+        if gathering:  # the schedule over particles leaves reactions per slot and gathers them per partner
+            self.reactions = arena.table(2 * sizes.slots, {"force": vec3, "torque": vec3})
+            self.incoming = arena.table(2 * sizes.slots, {"slot": ti.i32})
+            self.inbound = arena.table(2 * sizes.elements, {"start": ti.i32, "end": ti.i32})
+        # One more row per world closes the last cell.
+        self.cells = arena.table(sizes.cells + sizes.worlds, {"start": ti.i32, "cursor": ti.i32})
+        self.walls = arena.table(sizes.walls, _WALL)
+        self.wall_elements = arena.table(sizes.wall_elements, _WALL_ELEMENT)
+        counts = {"plane": sizes.planes, "revolved": sizes.revolved, "facet": sizes.facets}
+        tables = {kind.name: arena.table(counts[kind.name], kind.columns) for kind in wall_kinds}
+        self.meshes = arena.table(sizes.meshes, _MESH)
+        self.mesh_cells = arena.table(sizes.mesh_cells, _MESH_CELL)
+        self.mesh_facets = arena.table(sizes.mesh_facets, _MESH_FACET)
+        self.corner_edges = arena.table(sizes.corner_edges, _CORNER_EDGE)
+        self.sides = arena.table(3 * sizes.facets, SIDE_COLUMNS)
+        self.geometry = tables
+        self.wall_kinds = tuple(
+            kind(tables[kind.name], self.sides, self.corner_edges) if kind is FacetKind else kind(tables[kind.name])
+            for kind in wall_kinds
+        )

@@ -1,0 +1,71 @@
+"""Units at the edges: a number is SI already, a text such as "6 mm" is converted, a mismatch is an error."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+from taichidem.errors import InputError
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def to_si(value: object, unit: str, name: str = "value") -> float:
+    """Return a quantity in an SI unit.
+
+    Args:
+        value: a number, taken to be in `unit` already, or a text such as "6 mm" or "20 rpm".
+        unit: such as "m", "kg/m^3", "rad/s"; "1" for a pure number; "deg" stays degrees.
+        name: what the value is, for the message.
+
+    Raises:
+        InputError: no number, not finite, or a unit of another dimension.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise InputError(f"{name} is {value!r}; give a number in {unit} or a text such as '6 {unit}'.")
+    number = _convert(value, unit, name) if isinstance(value, str) else float(value)
+    if not math.isfinite(number):
+        raise InputError(f"{name} is {value!r}; give a finite number in {unit}.")
+    return number
+
+
+def _convert(text: str, unit: str, name: str) -> float:
+    import pint
+
+    try:
+        quantity = _registry()(text)
+        if isinstance(quantity, (int, float)):
+            return float(quantity)
+        return float(quantity.to("" if unit == "1" else unit).magnitude)
+    except pint.DimensionalityError as error:
+        raise InputError(f"{name} is {text!r}, in {error.units1}; it needs a unit that converts to {unit}.") from error
+    except Exception as error:
+        raise InputError(
+            f"{name} is {text!r}, which is no quantity; write a number and a unit such as '6 {unit}'."
+        ) from error
+
+
+def quantity(unit: str, meaning: str, default: Any = ..., **bounds: float) -> Any:
+    """Return a pydantic field for a quantity: its unit, what it means, bounds such as `gt=0`."""
+    extra = {"unit": unit}
+    return Field(default, description=meaning, json_schema_extra=extra, validate_default=True, **bounds)  # type: ignore[call-overload, arg-type]
+
+
+def in_unit(unit: str) -> Any:
+    """Return the annotated type of a quantity kept in `unit`."""
+    return Annotated[float, BeforeValidator(lambda value: to_si(value, unit))]
+
+
+Length = in_unit("m")
+Speed = in_unit("m/s")
+Duration = in_unit("s")
+PerSecond = in_unit("1/s")
+Number = in_unit("1")
