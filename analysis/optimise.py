@@ -72,7 +72,7 @@ class Optimise(ModelAnalyser):
         goals = [goal.bounded(fit.y) if len(fits) > 1 else goal for goal, fit in zip(goals, fits, strict=True)]
         point, desirability = _best(fits, goals, active)
         setting, expected = _setting_table(fits[0], point, active), self._expected(fits, goals, point)
-        sentences = _sentences(setting, expected, goals, desirability)
+        sentences = (*_sentences(setting, expected, goals, desirability), *_extrapolation(fits, point))
         numbers = dict(zip(setting["Factor"], setting["Natural"], strict=True))
         numbers |= dict(zip(expected["Response"], expected["Predicted"], strict=True))
         if desirability is not None:
@@ -226,6 +226,16 @@ def _sentences(
     if len(bound):
         sentences.append(f"The optimum sits on a bound of {', '.join(bound)}: the true one may lie outside.")
     return tuple(sentences)
+
+
+def _extrapolation(fits: Sequence[FittedModel], point: Array) -> list[str]:
+    """Return a warning for models that know less there than at any run: leverage above the largest of the runs."""
+    far = [
+        fit.response for fit in fits if fit.standard_error(point)[0] > fit.s * np.sqrt(fit.leverage.max()) * (1 + 1e-9)
+    ]
+    if not far:
+        return []
+    return [f"The setting is an extrapolation for {', '.join(far)}: its prediction is less certain than at any run."]
 
 
 def _target_sentence(predicted: float, target: float, n_used: int) -> str:

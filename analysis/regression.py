@@ -185,7 +185,7 @@ class FittedModel:
         if self.error_ss <= 0:
             return math.nan
         deviance = n * math.log(self.error_ss / n)
-        if criterion == "bic":
+        if criterion.lower() == "bic":
             return deviance + m * math.log(n)
         return deviance + 2 * m + 2 * m * (m + 1) / (n - m - 1) if n > m + 1 else math.inf
 

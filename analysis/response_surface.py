@@ -142,7 +142,7 @@ def _comparison(chosen: Selection, others: Sequence[Selection]) -> pd.DataFrame:
 
 
 def _doubts(chosen: Selection, others: Sequence[Selection], alpha: float) -> list[str]:
-    """Return the close calls, and where forward selection by a criterion keeps other terms."""
+    """Return the close calls, and the models of forward selection that their criterion prefers."""
     sentences = [call.sentence(alpha) for call in chosen.close_calls]
     if not is_hierarchical(chosen.fit.terms):
         sentences.append(
@@ -151,11 +151,16 @@ def _doubts(chosen: Selection, others: Sequence[Selection], alpha: float) -> lis
         )
     mine = chosen.fit.labels()
     for other in others:
-        theirs = other.fit.labels()
+        theirs, better = other.fit.labels(), other.fit.information(other.criterion)
+        here = chosen.fit.information(other.criterion)
+        if not other.criterion or not better < here - 1e-9:
+            continue
         more, fewer = [t for t in theirs if t not in mine], [t for t in mine if t not in theirs]
-        if other.method.startswith("forward") and (more or fewer):
-            changes = [f"adds {', '.join(more)}"] * bool(more) + [f"drops {', '.join(fewer)}"] * bool(fewer)
-            sentences.append(f"F{other.method[1:]} disagrees: it {' and '.join(changes)}.")
+        changes = [f"adds {', '.join(more)}"] * bool(more) + [f"drops {', '.join(fewer)}"] * bool(fewer)
+        sentences.append(
+            f"Forward selection by {other.criterion} finds a model that {other.criterion} prefers ({better:.2f} against {here:.2f}): it "
+            f"{' and '.join(changes)}."
+        )
     return sentences
 
 

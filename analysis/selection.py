@@ -42,7 +42,7 @@ class CloseCall:
         """Return what hangs on this term, and what AICc and BIC prefer."""
         prefer = []
         for name in ("AICc", "BIC"):
-            present, absent = (m.information(name.lower()) for m in (self.with_it, self.without_it))
+            present, absent = (m.information(name) for m in (self.with_it, self.without_it))
             wins = "with" if present < absent else "without"
             prefer.append(f"{name} prefers the model {wins} it ({present:.2f} with, {absent:.2f} without)")
         did = "stays" if self.stayed else "leaves"
@@ -62,6 +62,7 @@ class Selection:
         path: one row per step: what was done, to which term, p, and the criteria afterwards.
         close_calls: terms within a factor two of α.
         method: how it was selected, in words.
+        criterion: ``AICc`` or ``BIC`` where it was selected by one.
     """
 
     fit: FittedModel
@@ -69,6 +70,7 @@ class Selection:
     path: pd.DataFrame
     close_calls: tuple[CloseCall, ...]
     method: str
+    criterion: str = ""
 
 
 def select(
@@ -89,7 +91,7 @@ def select(
             ``forward_bic`` (add the term that lowers the criterion most; the best model on the way is kept).
         alpha: level of the backward elimination.
         hierarchy: ``each_step`` (a term stays while a kept one contains it), ``at_end`` (missing parents are added
-            after the elimination), ``none``. Forward selection brings the parents along unless it is ``none``.
+            after the elimination), ``none``. Forward selection adds parents first unless it is ``none``.
 
     Raises:
         AnalysisError: for an unknown method or hierarchy, or a saturated model.
@@ -102,11 +104,6 @@ def select(
     if method in ("forward_aicc", "forward_bic"):
         return _forward(runs, response, terms, method.removeprefix("forward_"), hierarchy != "none")
     raise AnalysisError(f"Unknown selection method {method!r}. Allowed: {', '.join(METHODS)}.")
-
-
-def parents(term: Term, among: Iterable[Term]) -> list[Term]:
-    """Return the terms that hierarchy asks for beside this one, out of those given."""
-    return [other for other in among if term.contains(other)]
 
 
 def is_hierarchical(terms: Iterable[Term]) -> bool:
@@ -182,17 +179,17 @@ def _forward(runs: RunTable, response: str, terms: Sequence[Term], criterion: st
         if score(fit) < score(best):
             best = fit
     name = {"aicc": "AICc", "bic": "BIC"}[criterion]
-    return Selection(best, fit, _path(steps), (), f"forward selection by {name}")
+    return Selection(best, fit, _path(steps), (), f"forward selection by {name}", name)
 
 
 def _larger(fit: FittedModel, terms: Sequence[Term], hierarchical: bool) -> Iterable[tuple[Term, FittedModel]]:
-    """Yield each fit with one more term (and its missing parents) that the runs can carry."""
+    """Yield each fit with one more term that the runs can carry, its parents among the candidates being there."""
     for term in terms:
-        if term in fit.terms:
+        waits = hierarchical and any(term.contains(other) and other not in fit.terms for other in terms)
+        if term in fit.terms or waits:
             continue
-        wanted = {*fit.terms, term, *(parents(term, terms) if hierarchical else ())}
         try:
-            larger = fit.with_terms([t for t in terms if t in wanted])
+            larger = fit.with_terms([t for t in terms if t in fit.terms or t == term])
         except AnalysisError:  # aliased or too many: not an option
             continue
         if larger.error_df:

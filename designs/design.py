@@ -68,7 +68,7 @@ class Design:
 
     def text(self) -> str:
         """Return what people want to read before they run it."""
-        kinds = self.table["point_type"].value_counts(sort=False)
+        kinds = self.table.sort_values("std_order")["point_type"].value_counts(sort=False)
         parts = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
         blocks = self.table["block"].nunique()
         lines = [

@@ -198,6 +198,8 @@ class FactorSpace:
 def _check_name(name: str) -> None:
     if not isinstance(name, str) or not name.strip() or name != name.strip():
         raise DesignError(f"A factor is named {name!r}; a name is text without blanks at its ends.")
+    if "*" in name:
+        raise DesignError(f"A factor is named {name!r}; '*' stands for products of factors (F*D). Rename it.")
     if name.lower() in RESERVED_COLUMNS:
         raise DesignError(
             f"A factor is named {name!r}; {', '.join(RESERVED_COLUMNS)} are columns of the run table. Rename it."

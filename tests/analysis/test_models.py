@@ -226,6 +226,29 @@ def test_steepest_path_beats_every_other_point_of_its_sphere(seed, maximise):
     np.testing.assert_allclose(np.linalg.norm(coded, axis=1), path["Radius"], atol=1e-6)
 
 
+def test_steepest_path_of_a_symmetric_surface_still_reaches_its_sphere():
+    """Without a pull along the strongest axis the gradient alone would never leave the centre."""
+    grid = np.array(np.meshgrid([-1.0, 0, 1], [-1.0, 0, 1])).reshape(2, -1).T
+    table = pd.DataFrame(grid, columns=["a", "b"]).assign(y=3 * grid[:, 0] ** 2 - grid[:, 1] ** 2 + 0.5 * grid[:, 1])
+    from analysis.canonical import steepest_path
+
+    path = steepest_path(fitted(table, "y"), radii=[0.5])
+    assert abs(path["coded a"].iloc[0]) > 0.45
+    assert np.hypot(path["coded a"], path["coded b"]).iloc[0] == pytest.approx(0.5)
+    angles = np.linspace(0, 2 * np.pi, 2000)
+    best = (3 * (0.5 * np.cos(angles)) ** 2 - (0.5 * np.sin(angles)) ** 2 + 0.25 * np.sin(angles)).max()
+    assert path["Predicted"].iloc[0] == pytest.approx(best, abs=1e-5)
+
+
+def test_a_response_that_depends_on_nothing():
+    table = central_composite()
+    table["noise"] = np.random.default_rng(4).normal(10, 1, len(table))
+    analyser = ResponseSurface(alpha=1e-4)
+    report = analyser.analyse(table.drop(columns="aor_deg"), responses=["noise"])
+    assert "Kept: the constant only" in report.text()
+    assert "residuals" in analyser.figures(report)
+
+
 def test_stationary_point_has_no_gradient():
     point = Canonical().analyse(odour(), responses=["Odor"]).details["point"]
     step = 1e-5 * np.eye(3)

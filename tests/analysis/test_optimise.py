@@ -50,6 +50,14 @@ def test_optimum_on_a_bound_is_said():
     assert least.numbers["a"] == 0
 
 
+def test_corners_beyond_the_star_points_are_called_an_extrapolation():
+    design = CentralComposite(alpha=1.4).generate(SPACE, seed=3).table
+    design["y1"] = slope(design["a"], design["b"]) + 0.01 * np.arange(len(design))
+    wide = Optimise().analyse(design, responses=["y1"])  # coded by the range of the table: star points at ±1
+    assert "extrapolation for y1" in wide.text()
+    assert "extrapolation" not in Optimise().analyse(design, responses=["y1"], space=SPACE).text()
+
+
 def test_target_is_hit_nearest_to_the_centre():
     report = Optimise(goals="y1:target=14").analyse(table(slope, noise=1e-9), responses=["y1"], space=SPACE)
     # ŷ = 15 + 5 x + 2.5 z; nearest to the centre: (x, z) = −(5, 2.5)/31.25

@@ -53,6 +53,7 @@ def test_levels_are_hit_equally_often():
         ({"name": "x", "low": float("nan"), "high": 1}, ["low = nan", "finite number"]),
         ({"name": "x", "low": "a", "high": 1}, ["low = 'a'"]),
         ({"name": "seed", "low": 0, "high": 1}, ["'seed'", "Rename"]),
+        ({"name": "a*b", "low": 0, "high": 1}, ["'a*b'", "products"]),
         ({"name": " x", "low": 0, "high": 1}, ["' x'", "blanks"]),
         ({"name": "x", "low": 0, "high": 1, "log": True}, ["log = true", "low > 0"]),
         ({"name": "e", "low": 0.5, "high": 1.2, "highest": 1}, ["physical bounds", "−∞ … 1"]),
