@@ -157,10 +157,8 @@ def _doubts(chosen: Selection, others: Sequence[Selection], alpha: float) -> lis
             continue
         more, fewer = [t for t in theirs if t not in mine], [t for t in mine if t not in theirs]
         changes = [f"adds {', '.join(more)}"] * bool(more) + [f"drops {', '.join(fewer)}"] * bool(fewer)
-        sentences.append(
-            f"Forward selection by {other.criterion} finds a model that {other.criterion} prefers ({better:.2f} against {here:.2f}): it "
-            f"{' and '.join(changes)}."
-        )
+        found = f"Forward selection by {other.criterion} finds a model that {other.criterion} prefers"
+        sentences.append(f"{found} ({better:.2f} against {here:.2f}): it {' and '.join(changes)}.")
     return sentences
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -168,7 +168,10 @@ def _add_parents(fit: FittedModel, full: FittedModel, steps: list[dict[str, obje
 def _forward(runs: RunTable, response: str, terms: Sequence[Term], criterion: str, hierarchical: bool) -> Selection:
     fit = FittedModel(runs, response, ())
     best, steps = fit, [_step(0, "constant only", "", math.nan, fit)]
-    score: Callable[[FittedModel], float] = lambda model: model.information(criterion)  # noqa: E731
+
+    def score(model: FittedModel) -> float:
+        return model.information(criterion)
+
     while True:
         options = list(_larger(fit, terms, hierarchical))
         options = [(term, model) for term, model in options if np.isfinite(score(model))]
