@@ -87,6 +87,8 @@ def read_runs(
     block = np.zeros(len(table), dtype=np.int64)
     if "block" in table.columns:
         block = pd.factorize(table["block"], sort=True)[0].astype(np.int64)
+        if (block < 0).any():
+            raise AnalysisError("Column 'block' has gaps. Fill in the block of every run, or drop the column.")
     order = np.arange(1, len(table) + 1)
     if "run_order" in table.columns:
         order = np.argsort(np.argsort(numbers(table, "run_order", "run order"), kind="stable")) + 1

@@ -37,8 +37,7 @@ class DOptimal(DesignGenerator):
             points and the box's centre when the grid is larger.
         starts: number of random starts, ≥ 1.
 
-    Source: Fedorov, "Theory of Optimal Experiments" (1972); Mitchell, Technometrics 16 (1974) 203,
-    doi 10.1080/00401706.1974.10489176.
+    Source: Fedorov, "Theory of Optimal Experiments" (1972); Mitchell, Technometrics 16 (1974) 203.
     """
 
     existing: pd.DataFrame | None = None

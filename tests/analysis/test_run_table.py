@@ -46,6 +46,7 @@ def test_a_space_gives_the_coding():
         ({"a": [0, 1, "high", 1]}, r"'a' \(factor\) holds 'high' in row 3"),
         ({"a": [1, 1, 1, 1]}, "one value 1 in all 4 runs"),
         ({"operator": ["x", "y", "x", "y"]}, "'operator'"),
+        ({"block": [1, np.nan, 2, 2]}, "'block' has gaps"),
     ],
 )
 def test_bad_columns_are_refused(changes, words):
