@@ -42,10 +42,10 @@ def cli(tmp_path, monkeypatch):
 
 def refused(result, *words):
     assert result.exit_code == 2, result.output
-    assert "Error:" in result.stderr
+    assert "Error:" in result.output
     assert "Traceback" not in result.output
     for word in words:
-        assert word in result.stderr
+        assert word in result.output
 
 
 def test_lists(cli):
