@@ -46,7 +46,7 @@ class DesignGenerator(abc.ABC):
     first sentence of their docstring is the summary that lists show. Order, seeds, blocks and bounds come from here.
 
     Args:
-        runs: the number of runs wanted; a design that can't have it says which counts it can.
+        runs: the number of runs wanted, before replication; a design that can't have it names the nearest it can.
         replicates: how often every run is done; replicates have seeds of their own.
     """
 

@@ -99,6 +99,6 @@ class FractionalFactorial(DesignGenerator):
         letters = ", ".join(f"{letter} = {name}" for letter, name in zip(LETTERS, space.names, strict=False))
         if not words:
             return f"Full two-level factorial. {letters}."
-        added = ", ".join(f"{LETTERS[k - len(words) + i]} = ±{word}" for i, word in enumerate(words))
-        added = added.replace("±", "") if self.generators is None else (self.generators or "")
+        added = ", ".join(f"{LETTERS[k - len(words) + i]} = {word}" for i, word in enumerate(words))
+        added = added if self.generators is None else self.generators
         return f"Resolution {_ROMAN.get(resolution, resolution)}, generators {added}. {letters}."
