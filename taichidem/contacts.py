@@ -134,6 +134,7 @@ class Contacts:
                     if kept != s and self.slots[kept].stamp == evaluation:
                         c.touching = 0  # another facet of this flat patch has spoken for it
                     c.lever_i += arm_i
+                    c.spin_j = self.walls.spin(element)
                     c.velocity = velocity + spin.cross(c.lever_i) - self.walls.velocity(element, near.point)
             if ti.static(own_only):
                 pushed[s].force = vec3(0.0)

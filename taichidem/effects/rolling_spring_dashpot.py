@@ -59,7 +59,7 @@ class RollingSpringDashpot(ContactEffect):
         arm = p.rolling_friction * c.radius
         stiffness = 2.25 * c.normal_stiffness * arm * arm
         held = m.couple
-        held = held + (0.5 * c.dt * (c.spin_i + c.spin_j).dot(c.normal)) * c.normal.cross(held)
+        held = held + (0.5 * c.dt) * (c.spin_i + c.spin_j).cross(held)  # the memory turns with the pair
         held = held - held.dot(c.normal) * c.normal - (stiffness * c.dt) * turning
         cap = arm * c.elastic_force
         size = held.dot(held)

@@ -60,8 +60,9 @@ class TangentialMindlin(ContactEffect):
     def wrench(self, p, c: ti.template(), m: ti.template()):
         slip = c.velocity - c.velocity.dot(c.normal) * c.normal
         held = m.force
-        # Turn the memory with the pair: about the normal by the mean spin, then into the present tangent plane.
-        held = held + (0.5 * c.dt * (c.spin_i + c.spin_j).dot(c.normal)) * c.normal.cross(held)
+        # Turn the memory with the pair by its mean spin, then into the present tangent plane, which also takes away
+        # what a spin within that plane has turned out of it.
+        held = held + (0.5 * c.dt) * (c.spin_i + c.spin_j).cross(held)
         held = held - held.dot(c.normal) * c.normal
         # Without a branch: whether a resting contact loads or unloads is noise that no processor predicts.
         held = held * ti.min(1.0, c.contact_radius / ti.max(m.contact_radius, SMALLEST_RADIUS))
