@@ -66,11 +66,13 @@ def read_points(path: Path = REFERENCE) -> list[Point]:
     table = table[(table["stiffness"] == "soft") & ~other_law]
     return [
         Point(
-            *[float(v) for v in factors],
-            float(rows["liggghts_flank_deg"].mean()),
-            float(rows["paper_edem_deg"].iloc[0]),
+            static_friction=friction,
+            restitution=restitution,
+            density=density,
+            reference=float(rows["liggghts_flank_deg"].mean()),
+            paper=float(rows["paper_edem_deg"].iloc[0]),
         )
-        for factors, rows in table.groupby(FACTORS, sort=True)
+        for (friction, restitution, density), rows in table.groupby(FACTORS, sort=True)
     ]
 
 
