@@ -124,14 +124,13 @@ def _free_of(tried: np.ndarray, radius: float, present: np.ndarray, present_radi
     """Return which of the tried centres touch nothing that is present."""
     if len(present) == 0 or len(tried) == 0:
         return np.ones(len(tried), bool)
-    largest = float(present_radius.max())
-    near = cKDTree(present).query_ball_point(tried, radius + largest)
-    return np.array(
-        [
-            all(np.linalg.norm(present[k] - point) >= radius + present_radius[k] for k in found)
-            for point, found in zip(tried, near, strict=True)
-        ]
-    )
+    near = cKDTree(present).query_ball_point(tried, radius + float(present_radius.max()))
+    point = np.repeat(np.arange(len(tried)), [len(found) for found in near])
+    other = np.concatenate(near).astype(int)
+    distance = np.sqrt(((present[other] - tried[point]) ** 2).sum(axis=1))
+    free = np.ones(len(tried), bool)
+    free[point[distance < radius + present_radius[other]]] = False
+    return free
 
 
 def _first_come(tried: np.ndarray, distance: float) -> np.ndarray:

@@ -41,9 +41,11 @@ def _convert(text: str, unit: str, name: str) -> float:
     import pint
 
     try:
+        return float(text)  # a number by itself is in the unit asked for, typed or not
+    except ValueError:
+        pass
+    try:
         quantity = _registry()(text)
-        if isinstance(quantity, (int, float)):
-            return float(quantity)
         return float(quantity.to("" if unit == "1" else unit).magnitude)
     except pint.DimensionalityError as error:
         raise InputError(f"{name} is {text!r}, in {error.units1}; it needs a unit that converts to {unit}.") from error

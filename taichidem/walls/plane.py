@@ -1,7 +1,5 @@
 """An infinite plane, solid behind it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Surfaces of revolution of a straight line: disc, cylinder and cone, thin and two-sided, with their rims."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

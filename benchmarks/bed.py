@@ -1,0 +1,108 @@
+"""The settled bed: grains at rest in a box, the same for every code, made by us from a written recipe.
+
+6 mm polypropylene spheres at real stiffness between steel walls, 20 × 20 diameters wide, open above. A jittered lattice is
+settled with soft, slightly larger grains, then with the real ones; at their small overlaps the bed barely moves while it
+is measured, so that the rates are almost purely those of contact forces.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from benchmarks.worker import Worker
+
+if TYPE_CHECKING:
+    from taichidem.scene import Scene
+
+DIAMETER = 0.006  # [m]
+SOFT_DIAMETER = 0.006024  # [m], so that shrinking to the real size leaves small overlaps at the higher stiffness
+WIDTH = 20 * DIAMETER
+DENSITY = 910.0
+STIFFNESS, SOFT_STIFFNESS = 1.3e9, 1e7  # [Pa]
+TIME_STEP, SOFT_TIME_STEP = 2.78e-6, 3.17e-5  # [s], 0.2 of the Rayleigh time
+SKIN = 0.0006  # [m], the peer's; ours by default is another
+CACHE = Path(__file__).parent / ".cache"
+
+_LATTICE = 18  # grains along a side
+
+
+def lattice(grains: int) -> np.ndarray:
+    """Return the centres the recipe starts from: 18 × 18 grains a layer, jittered by 4 % of a diameter, (n, 3) [m]."""
+    k = np.arange(grains)
+    cells = np.column_stack([k % _LATTICE, (k // _LATTICE) % _LATTICE, k // _LATTICE**2]) + 0.5
+    jitter = np.random.default_rng(12345).uniform(-0.04 * DIAMETER, 0.04 * DIAMETER, (grains, 3))
+    return cells * (WIDTH / _LATTICE) + jitter
+
+
+def settling_steps(grains: int) -> tuple[int, int]:
+    """Return the steps at soft and at real stiffness; beyond 10,000 grains the second is cut short to save minutes."""
+    soft = 16000 if grains <= 10000 else 20000
+    real = 40000 if grains <= 3000 else 30000 if grains <= 10000 else 8000
+    return soft, real
+
+
+def bed_scene(
+    position: np.ndarray, skin: float | None = SKIN, *, diameter: float = DIAMETER, soft: bool = False
+) -> Scene:
+    """Return the box with grains at rest at the given centres."""
+    from taichidem.bodies import Bodies
+    from taichidem.library import polypropylene
+    from taichidem.scene import Scene
+    from taichidem.walls import Plane
+
+    top = float(position[:, 2].max()) + 2 * DIAMETER
+    sides = (
+        Plane(point=(0.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0), material="steel"),
+        Plane(point=(WIDTH, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), material="steel"),
+        Plane(point=(0.0, 0.0, 0.0), normal=(0.0, 1.0, 0.0), material="steel"),
+        Plane(point=(0.0, WIDTH, 0.0), normal=(0.0, -1.0, 0.0), material="steel"),
+        Plane(point=(0.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0), material="steel"),
+    )
+    return Scene(
+        model=polypropylene(youngs_modulus=SOFT_STIFFNESS if soft else STIFFNESS),
+        walls=sides,
+        bodies=Bodies.spheres(position, diameter / 2, DENSITY),
+        domain=((-DIAMETER,) * 3, (WIDTH + DIAMETER, WIDTH + DIAMETER, top)),
+        grain_materials=("polypropylene",),
+        skin=skin,
+        time_step=SOFT_TIME_STEP if soft else TIME_STEP,
+    )
+
+
+def settled_bed(grains: int, threads: int) -> np.ndarray:
+    """Return the centres of the settled bed (n, 3) [m], kept in a file between runs."""
+    soft, real = settling_steps(grains)
+    path = CACHE / f"bed_{grains}_{soft}_{real}.npy"
+    if not path.is_file():
+        with Worker(threads) as worker:
+            position = worker.call(settle, grains, soft, real)
+        CACHE.mkdir(exist_ok=True)
+        np.save(path, position)
+    return np.load(path)
+
+
+def settle(grains: int, soft: int, real: int) -> np.ndarray:
+    """Return the centres of the bed after settling with soft and then with real grains; runs in a worker."""
+    from taichidem.simulation import Simulation
+
+    schedule = "particles" if grains > 1000 else "worlds"
+    position = lattice(grains)
+    for diameter, is_soft, steps in ((SOFT_DIAMETER, True, soft), (DIAMETER, False, real)):
+        simulation = Simulation(bed_scene(position, diameter=diameter, soft=is_soft), schedule)
+        simulation.run_steps(steps)
+        simulation.check()
+        position = simulation.snapshot().position
+    if len(position) != grains:
+        raise RuntimeError(f"{grains - len(position)} of {grains} grains left the box while settling.")
+    return position
+
+
+def contacts_per_grain(position: np.ndarray) -> float:
+    """Return the touching pairs, grain to grain and grain to wall, per grain."""
+    pairs = len(cKDTree(position).query_pairs(DIAMETER, output_type="ndarray"))
+    gaps = np.concatenate([position, WIDTH - position[:, :2]], axis=1) - DIAMETER / 2
+    return (pairs + int((gaps < 0).sum())) / len(position)

@@ -1,0 +1,150 @@
+"""The fixed-funnel experiment: its settings, its apparatus, and a small pour."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from small_heap import SMALL
+
+from analysis.repose_profile import ProfileSettings, measure_repose_profile
+from taichidem.errors import InputError
+from taichidem.experiments import FixedFunnel
+from taichidem.library import polypropylene
+from taichidem.simulation import Snapshot
+
+SHARES: list[float] = []  # what the pour of `heaps` reported as done
+
+
+@pytest.fixture(scope="module")
+def heaps():
+    """Three small heaps, two of one seed."""
+    return FixedFunnel(**SMALL).run(polypropylene(), [1, 2, 1], report=SHARES.append)
+
+
+def test_defaults_are_the_papers_heap():
+    s = FixedFunnel().settings
+    assert (s.diameter, s.cup_radius, s.rim_height) == (0.006, 0.05, 0.03)
+    assert (s.stream_radius, s.stream_bottom, s.stream_top, s.drop_velocity) == (0.015, 0.065, 0.105, 0.3)
+    assert (s.particles, s.stream_rate, s.batch_interval, s.settle_time) == (2500, 600.0, 0.02, 0.6)
+    assert (s.fit_from * s.cup_radius, s.fit_to * s.cup_radius) == pytest.approx((0.020, 0.046))
+
+
+def test_settings_take_numbers_and_texts_with_units():
+    s = FixedFunnel(diameter="6 mm", stream_rate="36000 1/minute", drop_velocity="30 cm/s", fit_from="0.15").settings
+    assert s.diameter == pytest.approx(0.006)
+    assert s.stream_rate == pytest.approx(600)
+    assert s.drop_velocity == pytest.approx(0.3)
+    assert s.fit_from == 0.15
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"cup_radus": 0.05}, r"Unknown setting of fixed_funnel 'cup_radus'\. Allowed: .*Did you mean 'cup_radius'\?"),
+        ({"cup_radius": -1}, r"fixed_funnel\.cup_radius is -1\.0 \[m\]: Input should be greater than 0\."),
+        ({"cup_radius": "50 kg"}, r"cup_radius is '50 kg'.* kilogram.*converts to m"),
+        ({"particles": 0}, r"fixed_funnel\.particles is 0 .*greater than or equal to 1"),
+        ({"stream_bottom": 0.02}, r"the stream must lie above the rim: rim_height < stream_bottom < stream_top"),
+        ({"fit_from": 0.9, "fit_to": 0.5}, "fit_to must be above fit_from"),
+        ({"stream_radius": 0.06}, "stream_radius must not exceed cup_radius"),
+        ({"method": "squares"}, r"fixed_funnel\.method is 'squares' .*'rings' or 'sectors'"),
+    ],
+)
+def test_bad_settings_are_refused(settings, sentence):
+    with pytest.raises(InputError, match=sentence):
+        FixedFunnel(**settings)
+
+
+def test_bad_settings_that_need_the_model_are_refused():
+    with pytest.raises(InputError, match=r"Unknown material 'steal'\. Allowed: polypropylene, steel\..*'steel'"):
+        FixedFunnel(wall_material="steal").scene(polypropylene())
+    with pytest.raises(InputError, match="less than three grains"):
+        FixedFunnel(cup_radius=0.016).scene(polypropylene())
+    with pytest.raises(InputError, match="2 models and 1 seeds"):
+        FixedFunnel().run([polypropylene()] * 2, [1])
+    with pytest.raises(InputError, match="0 seeds"):
+        FixedFunnel().run(polypropylene(), [])
+
+
+def test_a_pour_fills_the_cup_and_what_falls_off_leaves(heaps):
+    for heap in heaps:
+        assert heap.failure is None
+        s = heap.snapshot
+        assert np.all(np.isfinite(s.position))
+        assert len(s.mass) + s.left == SMALL["particles"]
+        assert s.left > 0
+        in_cup = np.hypot(*s.position[:, :2].T) < SMALL["cup_radius"]
+        assert heap.details["grains_in_cup"] == np.count_nonzero(in_cup & (s.position[:, 2] > 0)) > 40
+        assert s.position[in_cup, 2].min() > 0.9 * s.radius[0]  # nothing sinks through the bottom
+        assert 0 < heap.observables["angle_of_repose"] < 60
+
+
+def test_the_seed_decides_the_heap(heaps):
+    first, other, again = heaps
+    assert np.array_equal(first.snapshot.position, again.snapshot.position)
+    assert first.observables == again.observables
+    assert first.observables != other.observables
+
+
+def test_a_heap_is_the_same_alone_as_among_others(heaps):
+    alone = FixedFunnel(**SMALL).run(polypropylene(), [2])[0]
+    assert np.array_equal(alone.snapshot.position, heaps[1].snapshot.position)
+
+
+@pytest.mark.usefixtures("heaps")
+def test_progress_rises_to_the_end():
+    assert sorted(SHARES) == SHARES
+    assert SHARES[-1] == 1.0
+    assert len(set(SHARES)) > 10
+
+
+def cone(angle_deg: float) -> Snapshot:
+    """Grains on the surface of a cone above a cup of the paper's size, packed densely."""
+    grid = np.arange(-0.052, 0.052, 0.002)
+    x, y = (axis.ravel() for axis in np.meshgrid(grid, grid))
+    r = np.hypot(x, y)
+    x, y, r = x[r < 0.05], y[r < 0.05], r[r < 0.05]
+    n = len(r)
+    z = 0.03 + (0.05 - r) * math.tan(math.radians(angle_deg))
+    zero, one = np.zeros((n, 3)), np.ones(n)
+    return Snapshot(
+        time=0.0,
+        position=np.column_stack([x, y, z]),
+        velocity=zero,
+        spin=zero,
+        force=zero,
+        torque=zero,
+        orientation=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
+        mass=one,
+        inertia=one,
+        radius=np.full(n, 0.003),
+        identity=np.arange(n),
+        left=0,
+        rebuilds=0,
+    )
+
+
+@pytest.mark.parametrize("angle", [15.0, 30.0, 40.0])
+@pytest.mark.parametrize("method", ["rings", "sectors"])
+def test_a_cone_of_known_slope_is_measured(angle, method):
+    snapshot = cone(angle)
+    observables, details = FixedFunnel(method=method).measure(snapshot)
+    assert observables["angle_of_repose"] == pytest.approx(angle, abs=1.0)
+    direct = measure_repose_profile(
+        snapshot.position, snapshot.radius, 0.05, ProfileSettings(method=method, fit_from=0.4, fit_to=0.92)
+    )
+    assert observables["angle_of_repose"] == direct.angle_deg
+    assert details["grains_in_cup"] == len(snapshot.mass)
+
+
+def test_an_end_state_without_heap_is_a_failure_not_a_number():
+    class NothingPoured(FixedFunnel):
+        def procedure(self, world, model):
+            yield 0.001
+
+    heap = NothingPoured(**SMALL).run(polypropylene(), [1])[0]
+    assert heap.observables == {}
+    assert heap.failure.startswith("The end state can't be measured: ")
+    assert heap.snapshot is not None
