@@ -133,6 +133,7 @@ class Contacts:
                     if kept != s and self.slots[kept].stamp == evaluation:
                         c.touching = 0  # another facet of this flat patch has spoken for it
                     c.lever_i += arm_i
+                    c.spin_j = self.walls.spin(element)
                     c.velocity = velocity + spin.cross(c.lever_i) - self.walls.velocity(element, near.point)
                     c.mass = 1.0 / inverse_mass
             if ti.static(own_only):

@@ -116,3 +116,8 @@ class WallMotion:
         if self.walls[wall].moves == 1:
             speed = self.walls[wall].velocity + self.walls[wall].spin.cross(point - self.walls[wall].origin)
         return speed
+
+    @ti.func
+    def spin(self, element):
+        """Return the angular velocity of the wall [rad/s]."""
+        return self.walls[self.wall_elements[element].wall].spin
