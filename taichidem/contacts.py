@@ -7,6 +7,7 @@ from taichidem.integrate import rotate
 from taichidem.shapes.sphere import Place
 from taichidem.state import Status
 
+SAME_POINT = 1e-7  # share of the radius within which two points of walls are one point
 LARGEST_OVERLAP = 0.5  # share of the radius beyond which a contact law means nothing
 
 
@@ -91,6 +92,13 @@ class Contacts:
         return kept
 
     @ti.func
+    def same_point(self, point, first, second, radius):
+        """Return 1 if a wall's point is one of two that the element touches already."""
+        one, two = point - first, point - second
+        near = SAME_POINT * radius
+        return ti.cast(ti.min(one.dot(one), two.dot(two)) < near * near, ti.i32)
+
+    @ti.func
     def act(self, w, e, dt, own_only: ti.template(), pushed: ti.template()):
         """Evaluate every pair that element e owns.
 
@@ -107,6 +115,7 @@ class Contacts:
         reach = self.worlds[w].reach
         time = self.worlds[w].step * self.worlds[w].dt
         total = Wrench(force=vec3(0.0), torque=vec3(0.0))
+        spoken, spoken_before = vec3(1e300), vec3(1e300)
         if ti.static(self.single):
             total = self.body_load(w, e, a.radius)
         for s in range(self.elements[e].slots_from, self.elements[e].slots_to):
@@ -133,6 +142,11 @@ class Contacts:
                     kept = self.memory_slot(e, element, s, near.counts)
                     if kept != s and self.slots[kept].stamp == evaluation:
                         c.touching = 0  # another facet of this flat patch has spoken for it
+                    if self.same_point(near.point, spoken, spoken_before, a.radius) == 1:
+                        c.touching = 0  # straight over an edge rounding may let face and corner, or two walls, speak
+                if c.touching == 1:
+                    spoken_before = spoken
+                    spoken = near.point
                     c.lever_i += arm_i
                     c.spin_j = self.walls.spin(element)
                     c.velocity = velocity + spin.cross(c.lever_i) - self.walls.velocity(element, near.point)

@@ -120,5 +120,4 @@ class WallMotion:
     @ti.func
     def spin(self, element):
         """Return the angular velocity of the wall [rad/s]."""
-        wall = self.wall_elements[element].wall
-        return self.walls[wall].spin
+        return self.walls[self.wall_elements[element].wall].spin

@@ -13,6 +13,8 @@ class RollingSpringDashpot(ContactEffect):
     """Elastic-plastic spring-dashpot rolling resistance (EPSD, model C of Ai et al.).
 
     dM = −k_r dθ,  |M| ≤ μ_r R* F_el,  k_r = 2.25 k_n (μ_r R*)² in three dimensions;
+    while k_n shrinks M shrinks with it: M ← M k_n/k_n_before (else a spring wound up under load and let go after
+    unloading would give back more than it took, M²/(2 k_r));
     below the cap a dashpot 2 η_r √(I_r k_r) acts too, 1/I_r = 1/(I_i + m_i R_i²) + 1/(I_j + m_j R_j²).
 
     Expected behaviour: like the constant torque while rolling, and at rest a couple that holds the grain: kinetic energy
@@ -43,7 +45,7 @@ class RollingSpringDashpot(ContactEffect):
             meaning="Share of critical damping of the rolling spring.",
         ),
     )
-    memory: ClassVar[tuple[Memory, ...]] = (Memory("couple"),)
+    memory: ClassVar[tuple[Memory, ...]] = (Memory("couple"), Memory("normal_stiffness", size=1, odd=False))
     coefficients: ClassVar[tuple[str, ...]] = ("rolling_friction", "rolling_damping")
     visible_as: ClassVar[str] = "steeper heaps that stand still; balls rest on gentle slopes"
     source: ClassVar[str] = "Ai, Chen, Rotter & Ooi (2011), doi 10.1016/j.powtec.2010.09.030, model C"
@@ -60,6 +62,8 @@ class RollingSpringDashpot(ContactEffect):
         stiffness = 2.25 * c.normal_stiffness * arm * arm
         held = m.couple
         held = held + (0.5 * c.dt) * (c.spin_i + c.spin_j).cross(held)  # the memory turns with the pair
+        if c.normal_stiffness < m.normal_stiffness:
+            held = held * (c.normal_stiffness / m.normal_stiffness)
         held = held - held.dot(c.normal) * c.normal - (stiffness * c.dt) * turning
         cap = arm * c.elastic_force
         size = held.dot(held)
@@ -73,4 +77,5 @@ class RollingSpringDashpot(ContactEffect):
                 inverse_inertia += c.inverse_mass_j / (1.4 * c.radius_j * c.radius_j)
             couple = held - (2.0 * p.rolling_damping * ti.sqrt(stiffness / inverse_inertia)) * turning
         m.couple = held
+        m.normal_stiffness = c.normal_stiffness
         return Wrench(force=vec3(0.0), torque=couple)

@@ -5,7 +5,7 @@ import taichi as ti
 from taichidem.contact import vec3
 from taichidem.shapes.sphere import Nearest
 
-FLAT_OVERLAP = 1e-9  # share of the grain's radius by which faces in one plane overlap, so that none is ever missed
+OVERLAP = 1e-9  # share of the grain's radius by which faces, edges and corners overlap, so that none is ever missed
 
 # Row 3 k + s of the table of sides: side s of facet k, and the corner where it begins.
 SIDE_COLUMNS = {
@@ -49,15 +49,15 @@ class FacetKind:
         for side in range(3 * k, 3 * k + 3):
             inside = (position - self.sides[side].start).dot(self.sides[side].inward)
             if inside <= 0.0:
-                if self.sides[side].flat == 0 or inside < -FLAT_OVERLAP * radius:
+                if inside < -OVERLAP * radius:
                     face = 0
-                self._try_edge(k, side, position, edge)
+                self._try_edge(k, side, position, OVERLAP * radius, edge)
         if face == 0:
             best = edge
         return best
 
     @ti.func
-    def _try_edge(self, k, side, position, best: ti.template()):
+    def _try_edge(self, k, side, position, slack, best: ti.template()):
         start = self.sides[side].start
         end = self.sides[side].end
         along = end - start
@@ -72,7 +72,7 @@ class FacetKind:
         within = from_start > 0.0 and from_end > 0.0
         if within:
             point = start + (from_start / along.dot(along)) * along
-            if self.sides[side].owned == 1 and (position - start).dot(self.sides[side].other) <= 0.0:
+            if self.sides[side].owned == 1 and (position - start).dot(self.sides[side].other) <= slack:
                 counts = 1
         apart = position - point
         distance = ti.sqrt(apart.dot(apart))
@@ -82,13 +82,14 @@ class FacetKind:
             if distance > 0.0:
                 best.normal = apart * (1.0 / distance)
             if not within:
-                counts = self._corner_counts(3 * k + corner, apart)
+                counts = self._corner_counts(3 * k + corner, apart, slack)
             best.counts = counts
 
     @ti.func
-    def _corner_counts(self, row, away):
+    def _corner_counts(self, row, away, slack):
         counts = self.sides[row].corner_owned
         for e in range(self.sides[row].corner_first, self.sides[row].corner_last):
-            if away.dot(self.corner_edges[e].along) > 0.0:
+            along = self.corner_edges[e].along
+            if away.dot(along) > slack * along.norm():
                 counts = 0
         return counts

@@ -1,13 +1,16 @@
 """Which facet answers for which edge and corner of a mesh.
 
 A grain near a fold comes close to several facets at one and the same point. The nearest feature of the whole surface is
-decided by signs that every facet computes from the same stored numbers, so that exactly one of them counts:
+decided by signs:
 
 - a facet touches with its face when the centre projects inside it, sign by sign of its three edges;
 - an edge counts when the centre lies beyond it for both its facets, and only through its owner (the lower facet);
 - a corner counts when the centre lies behind every edge that leaves it, and only through its owner.
 
-Edges between facets in one plane are no features: there the faces overlap by a hair and the flat patch they belong to
+Each sign has a slack of a hair, so that rounding lets none be missed where a grain lies straight over an edge or corner;
+where two then speak for the same point the contact search lets the first through.
+
+Edges between facets in one plane are no features: there the faces overlap by that hair and the flat patch they belong to
 lets one contact through per step, with one memory.
 """
 
