@@ -19,7 +19,6 @@ from taichidem.shapes.sphere import Sphere
 from taichidem.state import Sizes, State, Status
 from taichidem.tables import TableAccess
 from taichidem.wall_motion import WallMotion
-from taichidem.walls import KINDS
 
 # Taichi's CPU backend gives a thread at least 512 iterations of a loop, so that without idle lanes one thread would run
 # every world (transforms/make_cpu_multithreaded_range_for.cpp, minimal_block_range). On a GPU one lane is enough.
@@ -31,14 +30,21 @@ class Engine:
     """Tables and kernels for one composition of effects, reused for every scene that fits."""
 
     def __init__(
-        self, effects: tuple, sizes: Sizes, single: bool, schedule: str = "worlds", lanes: int = CPU_LANES
+        self,
+        effects: tuple,
+        sizes: Sizes,
+        single: bool,
+        wall_kinds: tuple,
+        schedule: str = "worlds",
+        lanes: int = CPU_LANES,
     ) -> None:
         self.arena = Arena()
         self.law = Law(effects)
         self.sizes = sizes
+        self.wall_kinds = wall_kinds
         self.single = single
         self.lanes = lanes
-        self.state = State(self.arena, sizes, single, self.law.memories, KINDS, schedule == "particles")
+        self.state = State(self.arena, sizes, single, self.law.memories, wall_kinds, schedule == "particles")
         self.law.allocate(self.arena, sizes.pair_rows, sizes.worlds, self.state.past)
         self.wall_motion = WallMotion(self.state)
         self.integrator = Integrator(self.state)

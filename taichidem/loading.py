@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -15,8 +15,7 @@ from taichidem.state import Sizes
 from taichidem.walls import KINDS, Wall
 from taichidem.walls.mesh_grid import MeshGrid, sort_facets
 
-KIND_NAMES = [kind.name for kind in KINDS]
-FACET = KIND_NAMES.index("facet")
+FACET = "facet"
 DEFAULT_SKIN = 0.4  # of the largest radius: a pour rebuilds its lists every few dozen steps, a settled bed hardly ever
 
 
@@ -25,7 +24,7 @@ class WorldLayout:
     """What one scene needs of each table."""
 
     scene: Scene
-    wall_rows: list[tuple[int, int, dict]]  # wall number, kind, kernel row
+    wall_rows: list[tuple[int, str, dict]]  # wall number, kind, kernel row
     cell_size: float
     cells: tuple[int, int, int]
     grids: dict[int, MeshGrid]  # by wall number
@@ -52,7 +51,7 @@ class WorldLayout:
 
     def sizes(self) -> Sizes:
         """Return the rows this scene needs in each table."""
-        by_kind = np.bincount([kind for _, kind, _ in self.wall_rows], minlength=len(KIND_NAMES))
+        by_kind = Counter(kind for _, kind, _ in self.wall_rows)
         corner_edges = sum(
             len(side["corner_edges"]) for _, kind, row in self.wall_rows if kind == FACET for side in row["sides"]
         )
@@ -67,9 +66,9 @@ class WorldLayout:
             mesh_facets=sum(len(grid.facets) for grid in self.grids.values()),
             walls=len(self.scene.walls),
             wall_elements=len(self.wall_rows) + self.patches,
-            planes=int(by_kind[KIND_NAMES.index("plane")]),
-            revolved=int(by_kind[KIND_NAMES.index("revolved")]),
-            facets=int(by_kind[FACET]),
+            planes=by_kind["plane"],
+            revolved=by_kind["revolved"],
+            facets=by_kind[FACET],
             corner_edges=corner_edges,
             pair_rows=len(self.scene.model.materials) ** 2,
         )
@@ -77,9 +76,7 @@ class WorldLayout:
 
 def lay_out(scene: Scene) -> WorldLayout:
     """Return what a scene needs: kernel rows of its walls (plain kinds first) and a grid of cells."""
-    wall_rows = [
-        (number, KIND_NAMES.index(wall.kind()), row) for number, wall in enumerate(scene.walls) for row in wall.rows()
-    ]
+    wall_rows = [(number, wall.kind(), row) for number, wall in enumerate(scene.walls) for row in wall.rows()]
     wall_rows.sort(key=lambda item: item[1] == FACET)
     skin = DEFAULT_SKIN * scene.largest_radius if scene.skin is None else scene.skin
     reach = 2 * scene.largest_radius + skin + scene.model.reach()
@@ -93,7 +90,7 @@ def lay_out(scene: Scene) -> WorldLayout:
     return WorldLayout(scene, wall_rows, size, (x, y, z), _grids(wall_rows, near))
 
 
-def _grids(wall_rows: list[tuple[int, int, dict]], near: float) -> dict[int, MeshGrid]:
+def _grids(wall_rows: list[tuple[int, str, dict]], near: float) -> dict[int, MeshGrid]:
     facets: dict[int, list[dict]] = defaultdict(list)
     for number, kind, row in wall_rows:
         if kind == FACET:
@@ -102,6 +99,12 @@ def _grids(wall_rows: list[tuple[int, int, dict]], near: float) -> dict[int, Mes
         number: sort_facets(np.array([r["corners"] for r in rows]), np.array([r["normal"] for r in rows]), near)
         for number, rows in facets.items()
     }
+
+
+def kinds_present(layouts: Sequence[WorldLayout]) -> tuple[type, ...]:
+    """Return the wall kinds that the scenes hold; only these are compiled."""
+    names = {kind for layout in layouts for _, kind, _ in layout.wall_rows}
+    return tuple(kind for kind in KINDS if kind.name in names)
 
 
 def total_sizes(layouts: Sequence[WorldLayout]) -> Sizes:
@@ -206,21 +209,22 @@ class Loader:
         first = self._take("wall_element", len(layout.wall_rows) + layout.patches)
         patches: dict[tuple[int, int], int] = {}
         elements: list[dict] = []
-        geometry: dict[int, list[dict]] = defaultdict(list)
+        geometry: dict[str, list[dict]] = defaultdict(list)
+        kinds = [kind.name for kind in self.engine.wall_kinds]
         for number, kind, values in layout.wall_rows:
             patch = -1
             if kind == FACET and values["patch"] >= 0:
                 key = (number, values["patch"])
                 patch = patches.setdefault(key, first + len(layout.wall_rows) + len(patches))
-            row = self.next[KIND_NAMES[kind]] + len(geometry[kind])
+            row = self.next[kind] + len(geometry[kind])
             geometry[kind].append(values)
             if kind == FACET:
                 self.access["sides"].write(3 * row, [self._with_corner(side) for side in values["sides"]])
-            elements.append({"kind": kind, "row": row, "wall": first_wall + number, "patch": patch})
+            elements.append({"kind": kinds.index(kind), "row": row, "wall": first_wall + number, "patch": patch})
         elements += [{"kind": -1, "row": -1, "wall": first_wall + number, "patch": -1} for number, _ in patches]
         self.access["wall_elements"].write(first, elements)
         for kind, rows in geometry.items():
-            self.access[KIND_NAMES[kind]].write(self._take(KIND_NAMES[kind], len(rows)), rows)
+            self.access[kind].write(self._take(kind, len(rows)), rows)
         self._write_meshes(layout, first_wall, first)
         return first_wall, first
 

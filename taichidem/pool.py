@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from taichidem.engine import CPU_LANES, Engine
 from taichidem.engine_io import Exchange
-from taichidem.loading import Loader, check_alike, composition, lay_out, total_sizes
+from taichidem.loading import Loader, check_alike, composition, kinds_present, lay_out, total_sizes
 from taichidem.scene import Scene
 from taichidem.stepper import Stepper
 
@@ -22,13 +22,14 @@ def engine_for(scenes: Sequence[Scene], schedule: str) -> tuple[Engine, Exchange
     layouts = [lay_out(scene) for scene in scenes]
     sizes = total_sizes(layouts).rounded()
     single = all(scene.bodies is None or scene.bodies.single for scene in scenes)
-    key = (composition(scenes[0]), sizes, single, schedule)
+    kinds = kinds_present(layouts)
+    key = (composition(scenes[0]), sizes, single, schedule, kinds)
     if key not in _engines:
         while len(_engines) >= MOST_ENGINES:
             _, (oldest, _, _) = _engines.popitem(last=False)
             oldest.user = None
             oldest.arena.destroy()
-        engine = Engine(tuple(scenes[0].model.effects), sizes, single, schedule, CPU_LANES)
+        engine = Engine(tuple(scenes[0].model.effects), sizes, single, kinds, schedule, CPU_LANES)
         _engines[key] = (engine, Exchange(engine), Stepper(engine))
     _engines.move_to_end(key)
     loader = Loader(_engines[key][0])
