@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from small_heap import SMALL
 
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
 from taichidem.errors import InputError
 from taichidem.experiments import FixedFunnel
 from taichidem.library import polypropylene
 from taichidem.simulation import Snapshot
+from tests.small_heap import SMALL
 
 SHARES: list[float] = []  # what the pour of `heaps` reported as done
 

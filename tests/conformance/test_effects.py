@@ -23,7 +23,7 @@ from taichidem.scene import Model
 
 SOFT = Material("soft", 2500.0, 1e7, 0.3)
 PAIR = MaterialPair(SOFT, SOFT)
-CONTACT = [e for e in BUILT_IN if issubclass(e, ContactEffect)]
+CONTACT = [e for e in BUILT_IN.values() if issubclass(e, ContactEffect)]
 RADIUS, MASS, DT = 0.01, 0.01, 1e-6
 
 # Columns of the table that prescribes the motion of a pair, and of what the law answers.
@@ -125,7 +125,7 @@ def turned(states, matrix):
     return out
 
 
-@pytest.mark.parametrize("kind", BUILT_IN, ids=lambda k: k.name)
+@pytest.mark.parametrize("kind", BUILT_IN.values(), ids=lambda k: k.name)
 def test_declaration_is_complete(kind):
     assert kind.name == kind.name.lower()
     assert " " not in kind.name
@@ -154,7 +154,7 @@ def test_declaration_is_complete(kind):
 
 
 def test_names_are_unique():
-    assert len({k.name for k in BUILT_IN}) == len(BUILT_IN)
+    assert len({k.name for k in BUILT_IN.values()}) == len(BUILT_IN.values())
 
 
 @pytest.mark.parametrize("kind", CONTACT, ids=lambda k: k.name)
@@ -334,7 +334,7 @@ def test_friction_never_uses_an_attractive_normal_force(attraction):
     assert np.all(force[:, 1:] == 0)
 
 
-@pytest.mark.parametrize("kind", BUILT_IN, ids=lambda k: k.name)
+@pytest.mark.parametrize("kind", BUILT_IN.values(), ids=lambda k: k.name)
 def test_errors_of_parameters(kind):
     middle = {p.name: sum(p.plausible) / 2 for p in kind.parameters}
     first = kind.parameters[0]
@@ -376,7 +376,7 @@ def _weigh(effect: ti.template(), given: ti.template(), out: ti.types.ndarray())
             out[axis] = part.force[axis]
 
 
-@pytest.mark.parametrize("kind", [k for k in BUILT_IN if issubclass(k, BodyEffect)], ids=lambda k: k.name)
+@pytest.mark.parametrize("kind", [k for k in BUILT_IN.values() if issubclass(k, BodyEffect)], ids=lambda k: k.name)
 def test_body_effects_vanish(kind):
     arena = Arena()
     table = arena.table(1, dict.fromkeys(kind().coefficients, ti.f64))

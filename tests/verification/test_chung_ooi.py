@@ -4,7 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from apparatus import (
+from scipy.special import beta
+
+from taichidem.bodies import Bodies
+from taichidem.materials import Material
+from taichidem.scene import Model, Scene
+from taichidem.simulation import Simulation
+from tests.apparatus import (
     ball,
     effective_modulus,
     effective_shear_modulus,
@@ -15,13 +21,7 @@ from apparatus import (
     reference,
     scene,
 )
-from naive_twin import oblique_impact
-from scipy.special import beta
-
-from taichidem.bodies import Bodies
-from taichidem.materials import Material
-from taichidem.scene import Model, Scene
-from taichidem.simulation import Simulation
+from tests.naive_twin import oblique_impact
 
 GLASS = Material("glass", 2800, 4.8e10, 0.20)
 LIMESTONE = Material("limestone", 2500, 2.0e10, 0.25)

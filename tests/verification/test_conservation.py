@@ -5,7 +5,10 @@ import math
 
 import numpy as np
 import pytest
-from apparatus import (
+
+from taichidem.bodies import Bodies
+from taichidem.simulation import Simulation
+from tests.apparatus import (
     BOX,
     SOFT,
     ball,
@@ -17,9 +20,6 @@ from apparatus import (
     impact_duration,
     scene,
 )
-
-from taichidem.bodies import Bodies
-from taichidem.simulation import Simulation
 
 
 def energy_of_pairs(snapshot, material=SOFT):

@@ -4,12 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from apparatus import FLOOR, SOFT, ball, effects, scene
 
 from taichidem.bodies import Bodies
 from taichidem.materials import MaterialPair
 from taichidem.simulation import Simulation
 from taichidem.walls import Plane
+from tests.apparatus import FLOOR, SOFT, ball, effects, scene
 
 STATE = ("position", "velocity", "spin", "force", "torque")
 LAW = {"restitution": 0.7, "friction": 0.5, "rolling": 0.1}

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from apparatus import SOFT, ball, effective_modulus, effects, hertz_impact, scene
 
 from taichidem.effects.normal_hertz import damping_ratio_attractive, damping_ratio_clipped, restitution_clipped
 from taichidem.simulation import Simulation
+from tests.apparatus import SOFT, ball, effective_modulus, effects, hertz_impact, scene
 
 RADIUS = 0.01
 SPEEDS = (0.1, 1.0, 10.0)

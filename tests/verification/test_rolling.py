@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from apparatus import ball, effects, frames, scene
 
 from taichidem.materials import Material
 from taichidem.simulation import Simulation
+from tests.apparatus import ball, effects, frames, scene
 
 G = 9.81
 AI = Material("grain", 1056.0, 4e7, 0.49)  # Ai et al. (2011), tests 1 and 2

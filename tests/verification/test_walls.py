@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from apparatus import BOX, FLOOR, SOFT, ball, effective_modulus, effects, frames, scene
 
 from taichidem.simulation import Simulation
 from taichidem.walls import Cone, Cylinder, Disc, Mesh, Motion, Plane
+from tests.apparatus import BOX, FLOOR, SOFT, ball, effective_modulus, effects, frames, scene
 
 R = 0.01
 DELTA = 1e-4
