@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import ours, peer_liggghts
-from benchmarks.bed import SKIN, contacts_per_grain, settled_bed, settling_steps
+from benchmarks.bed import SKIN, contacts_per_grain, settled_bed, settling
 from benchmarks.heap import measure_heap
 from benchmarks.ours import Run
 from benchmarks.report import BedSpeed, Results, as_text, load, machine
@@ -58,7 +58,8 @@ def measure_bed(grains: int, threads: int, peer: bool, quick: bool) -> BedSpeed:
         memory = worker.call(ours.memory)
     many, memory_worlds = _all_threads(position, Run(SKIN, "worlds", threads, warm_up, steps), threads)
     shared, memory_particles = _all_threads(position, Run(SKIN, "particles", 1, warm_up, steps), threads)
-    shortened = "settled for {} soft and {} stiff steps, where the recipe for 30,000 grains has 20000 and 64000"
+    steps_settled = " + ".join(str(stage.steps) for stage in settling(grains))
+    shortened = f"settled for {steps_settled} steps, where the recipe for 30,000 grains has 20000 + 64000"
     return BedSpeed(
         grains=grains,
         contacts=contacts_per_grain(position),
@@ -73,7 +74,7 @@ def measure_bed(grains: int, threads: int, peer: bool, quick: bool) -> BedSpeed:
         memory_worlds=memory_worlds,
         memory_particles=memory_particles,
         peer_memory=max((block.memory for block in theirs), default=0.0),
-        shortened=shortened.format(*settling_steps(grains)) if grains > 10000 else "",
+        shortened=shortened if grains > 10000 else "",
     )
 
 
