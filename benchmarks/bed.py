@@ -7,6 +7,9 @@ is measured, so that the rates are almost purely those of contact forces.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,11 +22,10 @@ if TYPE_CHECKING:
     from taichidem.scene import Scene
 
 DIAMETER = 0.006  # [m]
-SOFT_DIAMETER = 0.006024  # [m], so that shrinking to the real size leaves small overlaps at the higher stiffness
 WIDTH = 20 * DIAMETER
 DENSITY = 910.0
-STIFFNESS, SOFT_STIFFNESS = 1.3e9, 1e7  # [Pa]
-TIME_STEP, SOFT_TIME_STEP = 2.78e-6, 3.17e-5  # [s], 0.2 of the Rayleigh time
+STIFFNESS = 1.3e9  # [Pa]
+TIME_STEP = 2.78e-6  # [s], 0.2 of the Rayleigh time
 SKIN = 0.0006  # [m], the peer's; ours by default is another
 CACHE = Path(__file__).parent / ".cache"
 
@@ -38,16 +40,34 @@ def lattice(grains: int) -> np.ndarray:
     return cells * (WIDTH / _LATTICE) + jitter
 
 
-def settling_steps(grains: int) -> tuple[int, int]:
-    """Return the steps at soft and at real stiffness; beyond 10,000 grains the second is cut short to save minutes."""
-    soft = 16000 if grains <= 10000 else 20000
-    real = 40000 if grains <= 3000 else 30000 if grains <= 10000 else 8000
-    return soft, real
+@dataclass(frozen=True)
+class Stage:
+    """Settling at one stiffness E [Pa]: soft grains are a little larger, by what they overlap more than real ones."""
+
+    stiffness: float
+    diameter: float
+    steps: int
+
+    @property
+    def time_step(self) -> float:
+        """0.2 of the Rayleigh time, which goes as E^(−1/2) [s]."""
+        return TIME_STEP * math.sqrt(STIFFNESS / self.stiffness)
 
 
-def bed_scene(
-    position: np.ndarray, skin: float | None = SKIN, *, diameter: float = DIAMETER, soft: bool = False
-) -> Scene:
+REAL = Stage(STIFFNESS, DIAMETER, 0)
+
+
+def settling(grains: int) -> tuple[Stage, ...]:
+    """Return the stages, those of the recipe up to 10,000 grains.
+
+    Beyond, where the recipe has 20,000 soft and 64,000 real steps, a stage in between and fewer steps save minutes.
+    """
+    if grains > 10000:
+        return Stage(1e7, 0.006024, 14000), Stage(1e8, 0.0060044, 8000), Stage(STIFFNESS, DIAMETER, 6000)
+    return Stage(1e7, 0.006024, 16000), Stage(STIFFNESS, DIAMETER, 40000 if grains <= 3000 else 30000)
+
+
+def bed_scene(position: np.ndarray, skin: float | None = SKIN, stage: Stage = REAL) -> Scene:
     """Return the box with grains at rest at the given centres."""
     from taichidem.bodies import Bodies
     from taichidem.library import polypropylene
@@ -63,37 +83,36 @@ def bed_scene(
         Plane(point=(0.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0), material="steel"),
     )
     return Scene(
-        model=polypropylene(youngs_modulus=SOFT_STIFFNESS if soft else STIFFNESS),
+        model=polypropylene(youngs_modulus=stage.stiffness),
         walls=sides,
-        bodies=Bodies.spheres(position, diameter / 2, DENSITY),
+        bodies=Bodies.spheres(position, stage.diameter / 2, DENSITY),
         domain=((-DIAMETER,) * 3, (WIDTH + DIAMETER, WIDTH + DIAMETER, top)),
         grain_materials=("polypropylene",),
         skin=skin,
-        time_step=SOFT_TIME_STEP if soft else TIME_STEP,
+        time_step=stage.time_step,
     )
 
 
-def settled_bed(grains: int, threads: int) -> np.ndarray:
+def settled_bed(grains: int) -> np.ndarray:
     """Return the centres of the settled bed (n, 3) [m], kept in a file between runs."""
-    soft, real = settling_steps(grains)
-    path = CACHE / f"bed_{grains}_{soft}_{real}.npy"
+    stages = settling(grains)
+    path = CACHE / f"bed_{grains}_{'_'.join(str(stage.steps) for stage in stages)}.npy"
     if not path.is_file():
-        with Worker(threads) as worker:
-            position = worker.call(settle, grains, soft, real)
+        with Worker(1) as worker:
+            position = worker.call(settle, grains, stages)
         CACHE.mkdir(exist_ok=True)
         np.save(path, position)
     return np.load(path)
 
 
-def settle(grains: int, soft: int, real: int) -> np.ndarray:
-    """Return the centres of the bed after settling with soft and then with real grains; runs in a worker."""
+def settle(grains: int, stages: Sequence[Stage]) -> np.ndarray:
+    """Return the centres of the bed after its stages of settling; runs in a worker."""
     from taichidem.simulation import Simulation
 
-    schedule = "particles" if grains > 1000 else "worlds"
     position = lattice(grains)
-    for diameter, is_soft, steps in ((SOFT_DIAMETER, True, soft), (DIAMETER, False, real)):
-        simulation = Simulation(bed_scene(position, diameter=diameter, soft=is_soft), schedule)
-        simulation.run_steps(steps)
+    for stage in stages:
+        simulation = Simulation(bed_scene(position, stage=stage))
+        simulation.run_steps(stage.steps)
         simulation.check()
         position = simulation.snapshot().position
     if len(position) != grains:

@@ -1,30 +1,32 @@
-"""A heap so small that it is poured in a second; its slope means little, but everything after it is the same."""
+"""A heap so small that it is poured in seconds; its slope means little, but everything after it is the same."""
 
 from __future__ import annotations
 
 SMALL = {
-    "particles": 150,
-    "cup_radius": 0.02,
-    "rim_height": 0.006,
-    "stream_radius": 0.012,
-    "stream_bottom": 0.015,
-    "stream_top": 0.08,
-    "stream_rate": 600.0,
-    "drop_velocity": 0.6,
+    "diameter": 0.003,
+    "cup_radius": 0.024,
+    "rim_height": 0.004,
+    "stream_radius": 0.009,
+    "stream_bottom": 0.024,
+    "stream_top": 0.06,
+    "stream_rate": 2000.0,
+    "drop_velocity": 0.4,
+    "particles": 800,
     "settle_time": 0.15,
-    "longest_settle_time": 0.2,
+    "longest_settle_time": 0.25,
 }
 
 # The same as a user would type it, some with units.
 SMALL_TYPED = [
-    "particles=150",
-    "cup_radius=20 mm",
-    "rim_height=6mm",
-    "stream_radius=1.2 cm",
-    "stream_bottom=0.015",
-    "stream_top=80 mm",
-    "stream_rate=600 1/s",
-    "drop_velocity=0.6 m/s",
+    "diameter=3 mm",
+    "cup_radius=24mm",
+    "rim_height=0.4 cm",
+    "stream_radius=0.009",
+    "stream_bottom=24 mm",
+    "stream_top=60 mm",
+    "stream_rate=2000 1/s",
+    "drop_velocity=0.4 m/s",
+    "particles=800",
     "settle_time=150 ms",
-    "longest_settle_time=0.2",
+    "longest_settle_time=0.25",
 ]

@@ -19,8 +19,8 @@ SHARES: list[float] = []  # what the pour of `heaps` reported as done
 
 @pytest.fixture(scope="module")
 def heaps():
-    """Three small heaps, two of one seed."""
-    return FixedFunnel(**SMALL).run(polypropylene(), [1, 2, 1], report=SHARES.append)
+    """Two small heaps."""
+    return FixedFunnel(**SMALL).run(polypropylene(), [1, 2], report=SHARES.append)
 
 
 def test_defaults_are_the_papers_heap():
@@ -76,21 +76,16 @@ def test_a_pour_fills_the_cup_and_what_falls_off_leaves(heaps):
         assert len(s.mass) + s.left == SMALL["particles"]
         assert s.left > 0
         in_cup = np.hypot(*s.position[:, :2].T) < SMALL["cup_radius"]
-        assert heap.details["grains_in_cup"] == np.count_nonzero(in_cup & (s.position[:, 2] > 0)) > 40
+        assert heap.details["grains_in_cup"] == np.count_nonzero(in_cup & (s.position[:, 2] > 0)) > 400
         assert s.position[in_cup, 2].min() > 0.9 * s.radius[0]  # nothing sinks through the bottom
         assert 0 < heap.observables["angle_of_repose"] < 60
 
 
-def test_the_seed_decides_the_heap(heaps):
-    first, other, again = heaps
-    assert np.array_equal(first.snapshot.position, again.snapshot.position)
-    assert first.observables == again.observables
-    assert first.observables != other.observables
-
-
-def test_a_heap_is_the_same_alone_as_among_others(heaps):
+def test_the_seed_decides_the_heap_whether_alone_or_among_others(heaps):
     alone = FixedFunnel(**SMALL).run(polypropylene(), [2])[0]
     assert np.array_equal(alone.snapshot.position, heaps[1].snapshot.position)
+    assert alone.observables == heaps[1].observables
+    assert alone.observables != heaps[0].observables
 
 
 @pytest.mark.usefixtures("heaps")
