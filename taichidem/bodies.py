@@ -65,6 +65,14 @@ class Bodies:
         for name in ("mass", "inertia", "radius", "element_radius"):
             if np.any(getattr(self, name) <= 0):
                 raise InputError(f"Bodies.{name} holds values not above 0 (lowest {getattr(self, name).min():g}).")
+        if np.any(np.abs(np.linalg.norm(self.orientation, axis=1) - 1) > 1e-6):
+            raise InputError(
+                "Bodies.orientation holds quaternions that are not of length 1; divide each by its length."
+            )
+        if m and (self.element_body.min() < 0 or self.element_body.max() >= n):
+            raise InputError(
+                f"Bodies.element_body names body {self.element_body.max()} of {n}; numbers run from 0 to {n - 1}."
+            )
 
     @classmethod
     def spheres(

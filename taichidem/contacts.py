@@ -157,7 +157,10 @@ class Contacts:
                 if self.slots[kept].stamp < evaluation - 1:
                     self.law.forget(kept)
                 self.slots[kept].stamp = evaluation
-                if c.overlap > LARGEST_OVERLAP * a.radius:
+                smaller = a.radius
+                if partner >= 0:
+                    smaller = ti.min(a.radius, c.radius_j)
+                if c.overlap > LARGEST_OVERLAP * smaller:
                     self.worlds[w].status = int(Status.OVERLAP)
                     self.worlds[w].largest_overlap = c.overlap
                 part = self.law.contact_wrench(self.slots[s].row, kept, c)

@@ -159,13 +159,55 @@ class Scene:
         object.__setattr__(self, "smallest_radius", self.smallest_radius or self.largest_radius)
         if not 0 < self.smallest_radius <= self.largest_radius:
             raise InputError("The scene needs the radius of its grains: give bodies, or largest_radius above 0 [m].")
+        self._check_lists()
         for wall in self.walls:
             self.model.material_number(wall.material)
+            if math.isnan(wall.removed_at):
+                raise InputError(f"Wall {wall.name!r}: removed_at is nan; give a time [s], or leave it out.")
+        for name in self.grain_materials:
+            self.model.material_number(name)
+        if self.bodies is not None:
+            self.check_bodies(self.bodies)
         for pair in self.model.pairs():
             for effect in self.model.effects:
                 if isinstance(effect, ContactEffect) and self.can_touch(pair):
                     effect.kernel_coefficients(pair)
         self._check_time_step()
+
+    def _check_lists(self) -> None:
+        if self.skin is not None and not (math.isfinite(self.skin) and self.skin >= 0):
+            raise InputError(f"skin is {self.skin!r}; it must be a finite number from 0 [m], or left out.")
+        if not (math.isfinite(self.partners) and self.partners > 0):
+            raise InputError(
+                f"partners is {self.partners!r}; it must be a finite number above 0 (12 suits most scenes)."
+            )
+
+    def check_bodies(self, bodies: Bodies) -> None:
+        """Raise InputError for grains that the scene's lists, step or materials do not fit."""
+        numbers = np.unique(bodies.element_material)
+        grains = [
+            k for k, m in enumerate(self.model.materials) if not self.grain_materials or m.name in self.grain_materials
+        ]
+        if not np.all(np.isin(numbers, grains)):
+            raise InputError(
+                f"Grains have material numbers {numbers.tolist()}; this scene's grains may have "
+                f"{', '.join(f'{k} ({self.model.materials[k].name!r})' for k in grains)}. Correct the number, or add the "
+                "material to grain_materials."
+            )
+        smallest, largest = float(bodies.element_radius.min()), float(bodies.element_radius.max())
+        if largest > self.largest_radius * (1 + 1e-9) or smallest < self.smallest_radius * (1 - 1e-9):
+            raise InputError(
+                f"Grains have radii from {smallest:g} to {largest:g} m; the scene was laid out for {self.smallest_radius:g} "
+                f"to {self.largest_radius:g} m. Give it smallest_radius and largest_radius of all that will come."
+            )
+        lower, upper = (np.asarray(corner, float) for corner in self.domain)
+        outside = np.any((bodies.position < lower) | (bodies.position > upper), axis=1)
+        if np.any(outside):
+            first = int(np.flatnonzero(outside)[0])
+            raise InputError(
+                f"{int(outside.sum())} of {len(bodies)} grains lie outside the domain {self.domain!r}, the first at "
+                f"{bodies.position[first].tolist()}. Move them, or enlarge the domain."
+            )
 
     def can_touch(self, pair: MaterialPair) -> bool:
         """Return True if a grain may be of the pair's first material (walls don't touch walls)."""

@@ -121,6 +121,13 @@ class Simulation:
             raise InputError(
                 "Composed bodies were given to a world of single spheres; put one into the scene's bodies."
             )
+        self.scenes[world].check_bodies(bodies)
+        row = self._world(world)
+        if not self._engine.single and row["elements"] + len(bodies.element_body) > row["element_capacity"]:
+            raise InputError(
+                f"World {world} has room for {int(row['element_capacity'])} elements, of which {int(row['elements'])} are "
+                f"taken; {len(bodies.element_body)} more were given. Raise `room` of the scene."
+            )
         self._exchange.insert(world, bodies, self._inserted[world])
         self._inserted[world] += len(bodies)
 
@@ -128,6 +135,8 @@ class Simulation:
         """Advance every running world by a duration [s], one for all or one each; a stopped world is left as it is."""
         self._check_open()
         durations = np.broadcast_to(np.asarray(duration, float), (len(self),))
+        if not (np.all(np.isfinite(durations)) and np.all(durations >= 0)):
+            raise InputError(f"duration is {duration!r}; give finite seconds from 0, one number or one for each world.")
         for world, (scene, seconds) in enumerate(zip(self.scenes, durations, strict=True)):
             steps = round(float(seconds) / scene.dt)
             self._engine.set_target(world, max(0, steps))

@@ -8,7 +8,10 @@ from scipy.optimize import brentq
 
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import ContactEffect, Parameter, Stage
+from taichidem.errors import InputError
 from taichidem.materials import MaterialPair
+
+STRONGEST = 1e3  # damping ratio; beyond it a collision takes longer than any step resolves
 
 
 def damping_ratio_attractive(restitution: float) -> float:
@@ -41,7 +44,12 @@ def damping_ratio_clipped(restitution: float) -> float:
     """Return the z [1] for which `restitution_clipped` is the wanted restitution."""
     if restitution >= 1:
         return 0.0
-    return brentq(lambda z: restitution_clipped(z) - restitution, 0.0, 1e3, xtol=1e-14)
+    if restitution < restitution_clipped(STRONGEST):
+        raise InputError(
+            f"normal_hertz.restitution is {restitution!r}; without attraction the least that a dashpot can give here is "
+            f"{restitution_clipped(STRONGEST):.1g}. Take that or more, or attraction=True."
+        )
+    return brentq(lambda z: restitution_clipped(z) - restitution, 0.0, STRONGEST, xtol=1e-14)
 
 
 class NormalHertz(ContactEffect):
