@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from apparatus import BOX, FLOOR, RIGID, SOFT, ball, effects, scene
 
 from taichidem import runtime
 from taichidem.bodies import Bodies
@@ -14,6 +13,7 @@ from taichidem.materials import Material, rayleigh_time_step
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Simulation
 from taichidem.walls import Cone, Cylinder, Disc, Mesh, Motion, Plane
+from tests.apparatus import BOX, FLOOR, RIGID, SOFT, ball, effects, scene
 
 
 def said(call):

@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 import pytest
 import pyvista as pv
-from small_heap import SMALL, SMALL_TYPED
 
 from taichidem import __version__, heap_comparison
 from taichidem.cli import main
 from taichidem.experiments import FixedFunnel
+from tests.small_heap import SMALL, SMALL_TYPED
 
 FILES = ("heap.png", "profile.png", "angle.png", "result.json", "grains.vtp", "walls.vtp")
 

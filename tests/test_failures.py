@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from apparatus import FLOOR, ball, effects, scene
 
 from taichidem.errors import SimulationError
 from taichidem.simulation import Simulation
+from tests.apparatus import FLOOR, ball, effects, scene
 
 LAW = {"restitution": 0.5, "friction": 0.4, "rolling": 0.1, "gravity": (0, 0, -9.81)}
 

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from apparatus import FLOOR, SOFT, ball, effects, frames, scene
 
 from taichidem.bodies import Bodies
 from taichidem.simulation import Simulation
+from tests.apparatus import FLOOR, SOFT, ball, effects, frames, scene
 
 
 def body(position, offsets, radii, *, mass, inertia, orientation=(1.0, 0, 0, 0), velocity=(0, 0, 0), spin=(0, 0, 0)):
