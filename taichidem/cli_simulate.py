@@ -53,6 +53,7 @@ def simulate(
         model = with_parameter(model, text)
     test = plugins.get("experiment", experiment)(**dict(_split(text) for text in setting or []))
     with progress(quiet=as_json) as report:
+        report("simulating", 0.0)
         outcomes = test.run(model, numbers, report=lambda share: report("simulating", share))
     result = {
         "experiment": test.name,

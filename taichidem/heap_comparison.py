@@ -91,6 +91,7 @@ def compare_heap(
     require_graphics()  # better now than after minutes of pouring
     experiment = experiment or FixedFunnel()
     tell = report or (lambda stage, share: None)
+    tell("pouring", 0.0)
     outcomes = experiment.run(model, seeds, report=lambda share: tell("pouring", share))
     good = [o for o in outcomes if o.failure is None]
     if not good:

@@ -1,0 +1,33 @@
+"""The README's Python blocks run as they stand, and its commands exist with the options shown."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from taichidem.cli import app
+
+README = (Path(__file__).parents[1] / "README.md").read_text()
+PYTHON = re.findall(r"```python\n(.*?)```", README, flags=re.S)
+COMMANDS = re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", README, flags=re.M)
+
+
+@pytest.mark.parametrize("block", PYTHON, ids=range(len(PYTHON)))
+def test_python_blocks_run(block, capsys):
+    exec(compile(block, "README.md", "exec"), {})
+    assert capsys.readouterr().out.strip()
+
+
+def test_the_api_is_shown_in_under_20_lines():
+    assert len(PYTHON[0].splitlines()) < 20
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_commands_and_options_exist(command):
+    _, name, *arguments = shlex.split(command)
+    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"})
+    assert shown.exit_code == 0, shown.output
+    for option in (a for a in arguments if a.startswith("-")):
+        assert option in shown.output, option
