@@ -5,28 +5,19 @@ import taichi as ti
 from taichidem.contact import Body, Contact, Wrench, vec3
 from taichidem.integrate import rotate
 from taichidem.shapes.sphere import Place
-from taichidem.state import Status
+from taichidem.state import OnTables, Status
 
 SAME_POINT = 1e-7  # share of the radius within which two points of walls are one point
 LARGEST_OVERLAP = 0.5  # share of the radius beyond which a contact law means nothing
 
 
 @ti.data_oriented
-class Contacts:
+class Contacts(OnTables):
     """The force evaluation of one element with all its listed partners, and the sums over a body."""
 
     def __init__(self, state, law, shape, wall_motion) -> None:
-        self.single = state.single
-        self.worlds = state.worlds
-        self.bodies = state.bodies
-        self.rotors = state.rotors
-        self.loads = state.loads
-        self.elements = state.elements
-        self.owned = state.owned
-        self.labels = state.labels
-        self.slots = state.slots
-        self.wall_elements = state.wall_elements
-        self.walls = wall_motion
+        super().__init__(state)
+        self.wall_motion = wall_motion
         self.law = law
         self.shape = shape
 
@@ -136,7 +127,7 @@ class Contacts:
                     c.velocity = velocity - self.bodies[j].velocity + spin.cross(c.lever_i) - c.spin_j.cross(c.lever_j)
             else:
                 element = -1 - partner
-                near = self.walls.nearest(element, a.position, a.radius, time)
+                near = self.wall_motion.nearest(element, a.position, a.radius, time)
                 self.shape.touch_wall(a, near, c, reach)
                 if c.touching == 1:
                     kept = self.memory_slot(e, element, s, near.counts)
@@ -148,8 +139,8 @@ class Contacts:
                     spoken_before = spoken
                     spoken = near.point
                     c.lever_i += arm_i
-                    c.spin_j = self.walls.spin(element)
-                    c.velocity = velocity + spin.cross(c.lever_i) - self.walls.velocity(element, near.point)
+                    c.spin_j = self.wall_motion.spin(element)
+                    c.velocity = velocity + spin.cross(c.lever_i) - self.wall_motion.velocity(element, near.point)
             if ti.static(own_only):
                 pushed[s].force = vec3(0.0)
                 pushed[s].torque = vec3(0.0)

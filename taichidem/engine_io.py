@@ -6,20 +6,17 @@ import taichi as ti
 from taichidem.bodies import Bodies
 from taichidem.contact import vec3, vec4
 from taichidem.integrate import rotate
+from taichidem.state import OnTables
 
 Array = ti.types.ndarray()
 
 
 @ti.data_oriented
-class Exchange:
+class Exchange(OnTables):
     """The kernels that write bodies into a world and read them back."""
 
     def __init__(self, engine) -> None:
-        self.engine = engine
-        self.single = engine.single
-        state = engine.state
-        self.worlds, self.bodies, self.rotors, self.loads = state.worlds, state.bodies, state.rotors, state.loads
-        self.elements, self.owned, self.labels = state.elements, state.owned, state.labels
+        super().__init__(engine.state)
         self.contacts, self.integrator = engine.contacts, engine.integrator
 
     def insert(self, world: int, bodies: Bodies, first_identity: int) -> None:

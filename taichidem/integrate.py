@@ -7,6 +7,7 @@ that a run cut into pieces gives the same bits as an uncut one.
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3, vec4
+from taichidem.state import OnTables
 
 
 @ti.func
@@ -54,14 +55,11 @@ def free_rotation(q, momentum, inertia, dt):
 
 
 @ti.data_oriented
-class Integrator:
+class Integrator(OnTables):
     """Advance bodies; knows whether all of them are single spheres."""
 
     def __init__(self, state) -> None:
-        self.single = state.single
-        self.bodies = state.bodies
-        self.rotors = state.rotors
-        self.loads = state.loads
+        super().__init__(state)
 
     @ti.func
     def load(self, i):

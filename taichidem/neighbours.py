@@ -7,27 +7,16 @@ lists each pair once, at the element that comes first, and copies the memory of 
 
 import taichi as ti
 
-from taichidem.state import Status
+from taichidem.state import OnTables, Status
 
 
 @ti.data_oriented
-class Neighbours:
+class Neighbours(OnTables):
     """The rebuild of one world's lists; all of it runs on one thread unless the engine spreads `fill`."""
 
     def __init__(self, state, law, contacts, wall_motion) -> None:
-        self.single = state.single
-        self.worlds = state.worlds
-        self.bodies = state.bodies
-        self.rotors = state.rotors
-        self.loads = state.loads
-        self.elements = state.elements
-        self.owned = state.owned
-        self.labels = state.labels
-        self.slots = state.slots
-        self.cells = state.cells
-        self.mesh_facets = state.mesh_facets
-        self.walls = state.walls
-        self.wall_elements = state.wall_elements
+        super().__init__(state)
+        self.cells, self.mesh_facets = state.cells, state.mesh_facets
         self.law = law
         self.contacts = contacts
         self.wall_motion = wall_motion

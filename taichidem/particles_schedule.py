@@ -8,24 +8,19 @@ thread walks through the world, so both schedules give the same bits.
 import taichi as ti
 
 from taichidem.contact import vec3
-from taichidem.state import Status
+from taichidem.state import OnTables, Status
 
 
 @ti.data_oriented
-class ParticlesSchedule:
+class ParticlesSchedule(OnTables):
     """Kernels that advance one world by one step, parallel over its elements."""
 
     def __init__(self, engine) -> None:
-        self.engine = engine
-        self.single = engine.single
-        self.worlds = engine.worlds
-        self.integrator = engine.integrator
-        self.contacts = engine.contacts
-        self.neighbours = engine.neighbours
-        self.wall_motion = engine.wall_motion
-        state = engine.state
-        self.loads, self.elements, self.slots = state.loads, state.elements, state.slots
-        self.reactions, self.inbound, self.incoming = state.reactions, state.inbound, state.incoming
+        super().__init__(engine.state)
+        self.integrator, self.contacts = engine.integrator, engine.contacts
+        self.neighbours, self.wall_motion = engine.neighbours, engine.wall_motion
+        self.reactions, self.incoming = engine.state.reactions, engine.state.incoming
+        self.inbound = engine.state.inbound
 
     def advance(self, w: int, steps: int) -> None:
         """Advance a world by a number of steps, or until it stops."""

@@ -206,3 +206,13 @@ class State:
             kind(tables[kind.name], self.sides, self.corner_edges) if kind is FacetKind else kind(tables[kind.name])
             for kind in wall_kinds
         )
+
+
+class OnTables:
+    """Base of kernel code: the tables of a state under its own name."""
+
+    def __init__(self, state: State) -> None:
+        self.single = state.single
+        self.worlds, self.bodies, self.rotors, self.labels = state.worlds, state.bodies, state.rotors, state.labels
+        self.loads, self.elements, self.owned, self.slots = state.loads, state.elements, state.owned, state.slots
+        self.walls, self.wall_elements = state.walls, state.wall_elements

@@ -4,16 +4,15 @@ import taichi as ti
 
 from taichidem.contact import vec3
 from taichidem.shapes.sphere import Nearest
+from taichidem.state import OnTables
 
 
 @ti.data_oriented
-class WallMotion:
+class WallMotion(OnTables):
     """The rigid motion of walls, and the search over wall kinds (unrolled by the compiler)."""
 
     def __init__(self, state) -> None:
-        self.worlds = state.worlds
-        self.walls = state.walls
-        self.wall_elements = state.wall_elements
+        super().__init__(state)
         self.kinds = state.wall_kinds
         self.meshes = state.meshes
         self.mesh_cells = state.mesh_cells
