@@ -83,14 +83,13 @@ class Exchange(OnTables):
 
     def read(self, world: int, n: int) -> dict[str, np.ndarray]:
         """Return the n bodies of a world by identity: position, velocity, spin, force, torque, orientation, mass …"""
-        out = np.zeros((n, 23))
+        out = np.zeros((n, 22))
         self._read_bodies(world, out)
         out = out[np.argsort(out[:, 0], kind="stable")]
         names = {"position": 2, "velocity": 5, "spin": 8, "force": 11, "torque": 14}
         arrays = {name: out[:, k : k + 3].copy() for name, k in names.items()}
         arrays["orientation"] = out[:, 17:21].copy()
         arrays["mass"] = out[:, 21].copy()
-        arrays["inertia"] = out[:, 22].copy()
         arrays["identity"] = out[:, 0].astype(int)
         arrays["radius"] = out[:, 1].copy()
         return arrays
@@ -114,7 +113,6 @@ class Exchange(OnTables):
                 for axis in ti.static(range(4)):
                     out[k, 17 + axis] = self.rotors[i].orientation[axis]
             out[k, 21] = 1.0 / self.bodies[i].inverse_mass
-            out[k, 22] = 1.0 / self.bodies[i].inverse_inertia
 
     @ti.kernel
     def kinetic(self, w: ti.i32) -> ti.f64:

@@ -245,8 +245,8 @@ class Loader:
                 "first_cell": first_cell,
             }
             self.access["meshes"].write(self._take("mesh", 1), [row | {"cells_x": x, "cells_y": y, "cells_z": z}])
-            self.access["mesh_cells"].write(first_cell, [{"start": first_facet + int(s)} for s in grid.starts])
-            self.access["mesh_facets"].write(first_facet, [{"element": own[f]} for f in grid.facets])
+            self.access["mesh_cells"].write_column(first_cell, "start", first_facet + grid.starts)
+            self.access["mesh_facets"].write_column(first_facet, "element", np.array(own)[grid.facets])
 
     def _with_corner(self, side: dict) -> dict:
         edges = side["corner_edges"]

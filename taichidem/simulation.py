@@ -24,6 +24,7 @@ class Snapshot:
         orientation: quaternions (w, x, y, z), (n, 4); identity for single spheres, which need none.
         mass, radius: (n,).
         identity: number given at insertion, (n,).
+        kinetic_energy: of motion and rotation [J].
         left: bodies that left the domain so far.
         rebuilds: neighbour lists built so far.
     """
@@ -36,18 +37,11 @@ class Snapshot:
     torque: np.ndarray
     orientation: np.ndarray
     mass: np.ndarray
-    inertia: np.ndarray
     radius: np.ndarray
     identity: np.ndarray
+    kinetic_energy: float
     left: int
     rebuilds: int
-
-    @property
-    def kinetic_energy(self) -> float:
-        """Translational and rotational energy of spheres [J]."""
-        moving = (self.mass * (self.velocity**2).sum(1)).sum()
-        turning = (self.inertia * (self.spin**2).sum(1)).sum()
-        return 0.5 * float(moving + turning)
 
 
 REASONS = {
@@ -154,7 +148,8 @@ class Simulation:
         row = self._world(world)
         arrays = self._exchange.read(world, int(row["bodies"]))
         time = row["step"] * self.scenes[world].dt
-        return Snapshot(time=time, left=int(row["left"]), rebuilds=int(row["rebuilds"]), **arrays)
+        counts = {"left": int(row["left"]), "rebuilds": int(row["rebuilds"])}
+        return Snapshot(time=time, kinetic_energy=self.kinetic_energy(world), **counts, **arrays)
 
     def kinetic_energy(self, world: int = 0) -> float:
         """Return the kinetic energy of a world [J]."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from taichidem.engine import Engine
+from taichidem.errors import SimulationError
 
 MOST_STEPS = 1 << 16
 
@@ -16,20 +17,27 @@ class Stepper:
         self.engine = engine
 
     def run(self, worlds: int) -> None:
-        """Advance all worlds to their targets, or to where they stop."""
-        while left := self.left(worlds):
+        """Advance all worlds to their targets, or to where they stop.
+
+        Raises:
+            SimulationError: a launch brought no world forward, which would otherwise go on for ever.
+        """
+        waiting = self.steps_left(worlds)
+        while waiting.max() > 0:
+            before = waiting.sum()
             if self.engine.particles is None:
                 self.engine.advance_worlds(worlds, MOST_STEPS)
             else:
-                for world, steps in enumerate(self.steps_left(worlds)):
+                for world, steps in enumerate(waiting):
                     if steps > 0:
-                        self.engine.particles.advance(world, int(min(steps, left)))
+                        self.engine.particles.advance(world, int(steps))
+            waiting = self.steps_left(worlds)
+            if waiting.sum() >= before:
+                raise SimulationError(
+                    f"No world moved on; {waiting.tolist()} steps are left. This is a fault of the engine."
+                )
 
     def steps_left(self, worlds: int) -> np.ndarray:
         """Return the steps that each running world still has to do."""
         rows = self.engine.access["worlds"].read_all(worlds)
         return np.where(rows["status"] == 0, rows["target"] - rows["step"], 0)
-
-    def left(self, worlds: int) -> int:
-        """Return the largest number of steps left."""
-        return int(self.steps_left(worlds).max())

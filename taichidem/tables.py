@@ -32,6 +32,13 @@ class TableAccess:
                 array[k, start : start + width] = row.get(name, 0.0)
         self._write(first, array)
 
+    def write_column(self, first: int, name: str, values: np.ndarray) -> None:
+        """Write one column of a table that has no other, from row number `first`."""
+        if self.names != [name]:
+            raise ValueError(f"The table has the columns {self.names}, not {name!r} alone.")
+        if len(values):
+            self._write(first, np.ascontiguousarray(values, dtype=float).reshape(-1, 1))
+
     def read(self, row: int) -> dict[str, float]:
         """Return the one-number columns of a row."""
         array = np.zeros((1, self.width))
