@@ -148,8 +148,13 @@ class Simulation:
         row = self._world(world)
         arrays = self._exchange.read(world, int(row["bodies"]))
         time = row["step"] * self.scenes[world].dt
-        counts = {"left": int(row["left"]), "rebuilds": int(row["rebuilds"])}
-        return Snapshot(time=time, kinetic_energy=self.kinetic_energy(world), **counts, **arrays)
+        return Snapshot(
+            time=time,
+            kinetic_energy=self.kinetic_energy(world),
+            left=int(row["left"]),
+            rebuilds=int(row["rebuilds"]),
+            **arrays,  # type: ignore[arg-type]
+        )
 
     def kinetic_energy(self, world: int = 0) -> float:
         """Return the kinetic energy of a world [J]."""

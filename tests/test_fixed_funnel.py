@@ -113,7 +113,7 @@ def cone(angle_deg: float) -> Snapshot:
         torque=zero,
         orientation=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
         mass=one,
-        inertia=one,
+        kinetic_energy=0.0,
         radius=np.full(n, 0.003),
         identity=np.arange(n),
         left=0,
