@@ -63,7 +63,7 @@ def settling(grains: int) -> tuple[Stage, ...]:
     Beyond, where the recipe has 20,000 soft and 64,000 real steps, a stage in between and fewer steps save minutes.
     """
     if grains > 10000:
-        return Stage(1e7, 0.006024, 14000), Stage(1e8, 0.0060044, 8000), Stage(STIFFNESS, DIAMETER, 6000)
+        return Stage(1e7, 0.006024, 16000), Stage(1e8, 0.0060044, 10000), Stage(STIFFNESS, DIAMETER, 20000)
     return Stage(1e7, 0.006024, 16000), Stage(STIFFNESS, DIAMETER, 40000 if grains <= 3000 else 30000)
 
 
