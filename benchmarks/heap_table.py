@@ -29,6 +29,9 @@ class Point:
     density: float
     reference: float
     paper: float
+    optimum: (
+        bool  # the paper's optimum: shown, but judged against the laboratory elsewhere, as the reference poured it once
+    )
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,7 @@ def read_points(path: Path = REFERENCE) -> list[Point]:
             density=density,
             reference=float(rows["liggghts_flank_deg"].mean()),
             paper=float(rows["paper_edem_deg"].iloc[0]),
+            optimum=bool(rows["note"].fillna("").str.contains("optimum").any()),
         )
         for (friction, restitution, density), rows in table.groupby(FACTORS, sort=True)
     ]
@@ -101,13 +105,13 @@ def pour_points(
 
 
 def agreement(rows: Sequence[HeapRow]) -> tuple[float, float]:
-    """Return the mean and the largest absolute difference from the reference [deg]."""
-    differences = np.abs([row.difference for row in rows])
+    """Return the mean and the largest absolute difference of the design points from the reference [deg]."""
+    differences = np.abs([row.difference for row in rows if not row.point.optimum])
     return float(differences.mean()), float(differences.max())
 
 
 def agrees(rows: Sequence[HeapRow]) -> bool:
-    """Return True if every point lies within 3° of the reference and the mean absolute difference is at most 1.5°."""
+    """Return True if every design point lies within 3° of the reference and the mean absolute difference is at most 1.5°."""
     mean, largest = agreement(rows)
     return mean <= MEAN_DIFFERENCE and largest <= LARGEST_DIFFERENCE
 
@@ -123,10 +127,11 @@ def as_text(rows: Sequence[HeapRow]) -> str:
         lines.append(
             f"{p.static_friction:.2f}  {p.restitution:.3f}  {p.density:6.0f}  | {row.mean:5.2f} ± {row.spread:4.2f} "
             f"|  {p.reference:5.2f}    {p.paper:5.2f} |   {row.difference:+.2f}"
+            + ("  (the paper's optimum; one reference pour, not judged)" if p.optimum else "")
         )
     mean, largest = agreement(rows)
     lines.append(
-        f"Mean absolute difference from LIGGGHTS {mean:.2f}° (allowed {MEAN_DIFFERENCE}°), largest {largest:.2f}° "
+        f"Design points: mean absolute difference from LIGGGHTS {mean:.2f}° (allowed {MEAN_DIFFERENCE}°), largest {largest:.2f}° "
         f"(allowed {LARGEST_DIFFERENCE}°): {'agrees' if agrees(rows) else 'does NOT agree'}."
     )
     return "\n".join(lines)

@@ -43,7 +43,7 @@ def simulate(
     normal_hertz.restitution:polypropylene-steel=0.6.
     """
     from taichidem import plugins
-    from taichidem.heap_comparison import writable_folder
+    from taichidem.heap_comparison import writable_folder, write_seeds
     from taichidem.library import polypropylene
 
     numbers = parse_seeds(seeds)
@@ -61,7 +61,8 @@ def simulate(
         "runs": [{"seed": o.seed, "observables": dict(o.observables), "failure": o.failure} for o in outcomes],
     }
     if folder is not None:
-        _write(folder, result, outcomes)
+        write_seeds(folder, outcomes)
+        (folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
     if as_json:
         typer.echo(json.dumps(result, indent=2))
         return
@@ -82,17 +83,6 @@ def _table(test: Any, outcomes: list) -> Table:
         if outcome.failure:
             table.caption = f"seed {outcome.seed}: {outcome.failure}"
     return table
-
-
-def _write(folder: Path, result: dict, outcomes: list) -> None:
-    from taichidem.output_vtk import write_grains
-
-    (folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
-    for outcome in outcomes:
-        s = outcome.snapshot
-        if s is not None:
-            fields = {"velocity": s.velocity, "angular_velocity": s.spin, "id": s.identity, "mass": s.mass}
-            write_grains(folder / f"grains_seed_{outcome.seed}.vtp", s.position, s.radius, fields=fields, time=s.time)
 
 
 def parse_seeds(text: str) -> list[int]:

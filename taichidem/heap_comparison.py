@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from analysis.comparison import ComparisonReport, compare
+from analysis.errors import AnalysisError
 from analysis.plots_repose import plot_profile
 from analysis.repose_image import ReposeImageReport, measure_repose_image
 from analysis.repose_image_settings import ImageSettings
@@ -77,7 +78,7 @@ def compare_heap(
     Args:
         model: materials and effects.
         seeds: one heap each; two or more give the scatter from heap to heap.
-        output: folder for heap.png, profile.png, angle.png, result.json, grains.vtp and walls.vtp.
+        output: folder for heap.png, profile.png, angle.png, result.json, walls.vtp and grains_seed_N.vtp.
         experiment: settings of the pour; the paper's by default.
         measured: angle and its standard uncertainty [deg].
         report: called with the stage and the share done, for a progress bar.
@@ -93,13 +94,12 @@ def compare_heap(
     tell = report or (lambda stage, share: None)
     tell("pouring", 0.0)
     outcomes = experiment.run(model, seeds, report=lambda share: tell("pouring", share))
+    write_seeds(folder, outcomes)
+    outcomes, pictures = _measure(experiment, outcomes, tell)
     good = [o for o in outcomes if o.failure is None]
     if not good:
-        raise SimulationError("Every heap failed: " + " ".join(str(o.failure) for o in outcomes))
-    pictures = []
-    for done, outcome in enumerate(good):
-        tell("picturing", done / len(good))
-        pictures.append(picture_angle(experiment, outcome))
+        reasons = " ".join(f"Seed {o.seed}: {o.failure}" for o in outcomes)
+        raise SimulationError(f"No heap could be measured; grains of those that were poured are in {folder}. {reasons}")
     comparison = compare([p.angle_deg for p in pictures], *measured, other_uncertainties=_common(pictures))
     tell("writing", 0.0)
     files = _write(folder, experiment, model, good, pictures, measured)
@@ -107,6 +107,32 @@ def compare_heap(
     files["result"].write_text(json.dumps(result.as_dict(), indent=2) + "\n")
     tell("writing", 1.0)
     return result
+
+
+def _measure(
+    experiment: FixedFunnel, outcomes: Sequence[Outcome], tell: Report
+) -> tuple[list[Outcome], list[ReposeImageReport]]:
+    """Picture and measure every heap that was poured; one that can't be measured fails alone."""
+    measured: list[Outcome] = []
+    pictures: list[ReposeImageReport] = []
+    for done, outcome in enumerate(outcomes):
+        tell("picturing", done / len(outcomes))
+        if outcome.failure is None:
+            try:
+                pictures.append(picture_angle(experiment, outcome))
+            except AnalysisError as error:
+                outcome = replace(outcome, failure=f"The pictures can't be measured: {error}")
+        measured.append(outcome)
+    return measured, pictures
+
+
+def write_seeds(folder: Path, outcomes: Sequence[Outcome]) -> None:
+    """Write the grains of every heap before anything else can go wrong."""
+    for outcome in outcomes:
+        s = outcome.snapshot
+        if s is not None:
+            fields = {"velocity": s.velocity, "angular_velocity": s.spin, "id": s.identity, "mass": s.mass}
+            write_grains(folder / f"grains_seed_{outcome.seed}.vtp", s.position, s.radius, fields=fields, time=s.time)
 
 
 def _common(pictures: Sequence[ReposeImageReport]) -> dict[str, float]:
@@ -179,13 +205,11 @@ def _write(
     assert outcome.snapshot is not None
     position, radius = heap_of(experiment, outcome)
     walls = experiment.walls(model)
-    names = ("heap.png", "profile.png", "angle.png", "grains.vtp", "walls.vtp", "result.json")
+    names = ("heap.png", "profile.png", "angle.png", "walls.vtp", "result.json")
     files = {Path(name).stem: folder / name for name in names}
+    files |= {f"grains_seed_{o.seed}": folder / f"grains_seed_{o.seed}.vtp" for o in outcomes}
     heap_picture(position, radius, walls=walls, path=files["heap"])
     plot_profile(outcome.details["profile"], files["profile"], measured, f"Heap of seed {outcome.seed}, from positions")
     pictures[typical].save_annotated(files["angle"])
-    s = outcome.snapshot
-    fields = {"velocity": s.velocity, "angular_velocity": s.spin, "id": s.identity, "mass": s.mass}
-    write_grains(files["grains"], s.position, s.radius, fields=fields, time=s.time)
     write_walls(files["walls"], walls)
     return files

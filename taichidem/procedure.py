@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from taichidem.bodies import Bodies
-from taichidem.errors import InputError
+from taichidem.errors import InputError, TaichidemError
 from taichidem.insertion import Region, fill_at_random, place_at_random
 from taichidem.materials import Material
 from taichidem.simulation import Simulation, Snapshot
@@ -29,6 +29,7 @@ class World:
     number: int
     rng: np.random.Generator
     progress: float = 0.0  # share of the procedure that is done
+    failure: str | None = None  # why its procedure ended early
 
     def insert(self, bodies: Bodies) -> None:
         """Add bodies."""
@@ -141,8 +142,12 @@ def play(
 
     Args:
         report: called with the mean share done, for a progress bar.
+
+    Raises:
+        TaichidemError: what every single world failed with.
     """
     waiting = dict(enumerate(procedures))
+    errors: list[TaichidemError] = []
     while waiting:
         durations = np.zeros(len(procedures))
         for number in list(waiting):
@@ -154,7 +159,13 @@ def play(
             except StopIteration:
                 waiting.pop(number)
                 worlds[number].progress = 1.0
+            except TaichidemError as error:
+                waiting.pop(number)
+                worlds[number].failure = str(error)
+                errors.append(error)
         if waiting:
             simulation.run(durations)
         if report:
             report(float(np.mean([world.progress for world in worlds])))
+    if len(errors) == len(worlds):
+        raise errors[0]

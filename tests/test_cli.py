@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from analysis.errors import AnalysisError
 from taichidem import __version__, heap_comparison
 from taichidem.cli import main
 from taichidem.experiments import FixedFunnel
 from tests.small_heap import SMALL, SMALL_TYPED
 
-FILES = ("heap.png", "profile.png", "angle.png", "result.json", "grains.vtp", "walls.vtp")
+FILES = ("heap.png", "profile.png", "angle.png", "result.json", "grains_seed_1.vtp", "walls.vtp")
 
 
 @pytest.fixture
@@ -147,9 +148,27 @@ def test_demo_compares_and_leaves_every_file(command, tmp_path):
     result = json.loads(out)
     assert json.loads((folder / "result.json").read_text()) == result
     check_comparison(result)
-    assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
+    assert sorted(path.name for path in folder.iterdir()) == sorted([*FILES, "grains_seed_2.vtp"])
     check_pictures(folder)
     check_vtk(folder)
+
+
+@pytest.mark.usefixtures("small_by_default")
+def test_a_heap_that_cant_be_measured_costs_only_itself(command, tmp_path, monkeypatch):
+    measure = heap_comparison.picture_angle
+
+    def fails_once(experiment, outcome):
+        if outcome.seed == 1:
+            raise AnalysisError("no heap in it")
+        return measure(experiment, outcome)
+
+    monkeypatch.setattr(heap_comparison, "picture_angle", fails_once)
+    code, out, _ = command("demo", "--seeds", "2", "-o", tmp_path, "--json")
+    result = json.loads(out)
+    assert code == 0
+    assert "no heap in it" in result["failures"]["1"]
+    assert list(result["from_pictures_deg"]) == ["2"]
+    assert (tmp_path / "grains_seed_1.vtp").is_file()
 
 
 def check_comparison(result):
@@ -176,7 +195,7 @@ def check_pictures(folder):
 
 
 def check_vtk(folder):
-    grains = pv.read(folder / "grains.vtp")
+    grains = pv.read(folder / "grains_seed_1.vtp")
     assert 400 < grains.n_points < SMALL["particles"]
     assert grains.n_verts == grains.n_points
     assert np.all(grains["radius"] == 0.0015)

@@ -104,7 +104,7 @@ class Experiment:
         return [self._outcome(world, seed) for world, seed in zip(worlds, seeds, strict=True)]
 
     def _outcome(self, world: World, seed: int) -> Outcome:
-        failure = world.simulation.failure(world.number)
+        failure = world.failure or world.simulation.failure(world.number)
         if failure:
             return Outcome({}, seed, failure)
         snapshot = world.snapshot()
