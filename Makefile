@@ -22,10 +22,10 @@ slow: $(READY)
 	$(BIN)/python -m pytest -m slow
 
 gpu: $(READY)
-	TAICHIDEM_ARCH=cuda $(BIN)/python -m pytest -m gpu
+	TAICHIDEM_ARCH=cuda $(BIN)/python -m pytest -m gpu || test $$? -eq 5   # 5: no test is marked so yet
 
 validate: $(READY)
-	$(BIN)/python -m pytest -m validate
+	$(BIN)/python -m pytest -m validate || test $$? -eq 5
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks

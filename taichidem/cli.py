@@ -54,7 +54,7 @@ def demo(
     as_json: Json = False,
 ) -> None:
     """Pour the paper's polypropylene heap, picture it, measure its angle, compare it with the laboratory."""
-    from taichidem.heap_comparison import compare_heap
+    from taichidem.heap_comparison import NOT_COUNTED, compare_heap
     from taichidem.library import polypropylene
 
     with progress(quiet=as_json) as report:
@@ -68,7 +68,7 @@ def demo(
     table.add_row("measured D", f"{c.measured:.2f}", f"{c.measured_uncertainty:.2f}")
     table.add_row("error E = S − D", f"{c.error:+.2f}", f"{c.validation_uncertainty:.2f} (u_val)")
     Console().print(table)
-    typer.echo(f"{c.text}\n\n{c.advice}\n")
+    typer.echo(f"{c.text}\n\n{c.advice}\n\n{NOT_COUNTED}\n")
     for outcome in result.outcomes:
         if outcome.failure:
             typer.echo(f"Seed {outcome.seed} failed: {outcome.failure}")

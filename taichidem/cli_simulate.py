@@ -65,10 +65,12 @@ def simulate(
         (folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
     if as_json:
         typer.echo(json.dumps(result, indent=2))
-        return
-    Console().print(_table(test, outcomes))
-    if folder is not None:
-        typer.echo(f"wrote {folder}")
+    else:
+        Console().print(_table(test, outcomes))
+        if folder is not None:
+            typer.echo(f"wrote {folder}")
+    if all(o.failure for o in outcomes):
+        raise typer.Exit(1)
 
 
 def _table(test: Any, outcomes: list) -> Table:
@@ -79,19 +81,15 @@ def _table(test: Any, outcomes: list) -> Table:
         mean = f"{good.mean():.3f}" if len(good) else "failed"
         scatter = f"{good.std(ddof=1) / np.sqrt(len(good)):.3f}" if len(good) > 1 else "–"
         table.add_row(observable.name, *[f"{v:.3f}" for v in values], mean, scatter, observable.unit)
-    for outcome in outcomes:
-        if outcome.failure:
-            table.caption = f"seed {outcome.seed}: {outcome.failure}"
+    table.caption = "\n".join(f"seed {o.seed}: {o.failure}" for o in outcomes if o.failure) or None
     return table
 
 
 def parse_seeds(text: str) -> list[int]:
     """Return seeds from a text such as "1,2,3"."""
-    try:
-        numbers = [int(part) for part in text.split(",")]
-    except ValueError:
-        numbers = [-1]
-    if min(numbers) < 0 or len(set(numbers)) != len(numbers):
+    parts = [part.strip() for part in text.split(",")]
+    numbers = [int(part) for part in parts if part.isdigit()]
+    if len(numbers) < len(parts) or len(set(numbers)) != len(numbers):
         raise InputError(f"seeds is {text!r}; give different whole numbers from 0, separated by commas, such as 1,2,3.")
     return numbers
 

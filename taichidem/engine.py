@@ -70,9 +70,9 @@ class Engine:
         return access
 
     @ti.kernel
-    def set_target(self, w: ti.i32, steps: ti.i32):
-        """Let a world run `steps` more steps."""
-        self.worlds[w].target = self.worlds[w].step + steps
+    def set_target(self, w: ti.i32, step: ti.i32):
+        """Let a world run up to a step."""
+        self.worlds[w].target = step
 
     @ti.func
     def running(self, w):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from analysis.errors import AnalysisError
 from analysis.plots_repose import plot_profile
 from analysis.repose_image import ReposeImageReport, measure_repose_image
 from analysis.repose_image_settings import ImageSettings
+from taichidem import __version__
 from taichidem.errors import InputError, SimulationError
 from taichidem.experiments import FixedFunnel, Outcome
 from taichidem.graphics import require_graphics
@@ -22,10 +23,13 @@ from taichidem.output_vtk import write_grains, write_walls
 from taichidem.render import heap_picture, side_views
 from taichidem.scene import Model
 
-LABORATORY = (
-    30.18,
-    0.51,
-)  # [deg], angle of repose of polypropylene and its standard uncertainty, Sudsawat et al. (2023)
+# [deg], angle of repose of polypropylene as Sudsawat et al. (2023) print it, "30.18° ± 0.51°". They don't say what ± means;
+# it is taken as the standard uncertainty. If it were the scatter of single heaps, u_D would be smaller by √n.
+LABORATORY = (30.18, 0.51)
+NOT_COUNTED = (
+    "u_val holds seed scatter, measurement, fit window and threshold. It holds no term for the time step and the softened "
+    "stiffness (no shift beyond seed scatter is known), nor for the uncertainty of the model's own inputs."
+)
 AZIMUTHS = tuple(range(0, 180, 20))  # [deg], half a turn; the other half holds the same outlines mirrored
 PIXELS_PER_METRE = 8000.0
 
@@ -41,7 +45,8 @@ class HeapComparison:
         pictures: the picture measurement of each heap that was poured.
         outcomes: of every seed, failed ones included.
         files: what was written, by name.
-        experiment: with the settings used.
+        experiment, model: as used.
+        pictured_seed: seed of the heap in heap.png, profile.png and angle.png, the one nearest to the mean.
     """
 
     comparison: ComparisonReport
@@ -49,6 +54,8 @@ class HeapComparison:
     outcomes: tuple[Outcome, ...]
     files: dict[str, Path]
     experiment: FixedFunnel
+    model: Model
+    pictured_seed: int
 
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers as plain types for JSON."""
@@ -59,7 +66,15 @@ class HeapComparison:
             "from_positions_deg": {str(o.seed): o.observables["angle_of_repose"] for o in good},
             "window": {"fit_from": self.experiment.settings.fit_from, "fit_to": self.experiment.settings.fit_to},
             "failures": {str(o.seed): o.failure for o in self.outcomes if o.failure},
+            "not_counted": NOT_COUNTED,
+            "pictured_seed": self.pictured_seed,
             "settings": self.experiment.settings.model_dump(),
+            "model": {
+                "materials": [asdict(material) for material in self.model.materials],
+                "effects": {effect.name: effect.values for effect in self.model.effects},
+            },
+            "time_step": self.experiment.scene(self.model).dt,
+            "version": __version__,
             "files": {name: str(path) for name, path in self.files.items()},
         }
 
@@ -102,8 +117,10 @@ def compare_heap(
         raise SimulationError(f"No heap could be measured; grains of those that were poured are in {folder}. {reasons}")
     comparison = compare([p.angle_deg for p in pictures], *measured, other_uncertainties=_common(pictures))
     tell("writing", 0.0)
-    files = _write(folder, experiment, model, good, pictures, measured)
-    result = HeapComparison(comparison, tuple(pictures), tuple(outcomes), files, experiment)
+    typical = int(np.abs([p.angle_deg - comparison.simulated for p in pictures]).argmin())
+    files = _write(folder, experiment, model, good[typical], pictures[typical], measured)
+    files |= {f"grains_seed_{o.seed}": folder / f"grains_seed_{o.seed}.vtp" for o in good}
+    result = HeapComparison(comparison, tuple(pictures), tuple(outcomes), files, experiment, model, good[typical].seed)
     files["result"].write_text(json.dumps(result.as_dict(), indent=2) + "\n")
     tell("writing", 1.0)
     return result
@@ -194,22 +211,17 @@ def _write(
     folder: Path,
     experiment: FixedFunnel,
     model: Model,
-    outcomes: Sequence[Outcome],
-    pictures: Sequence[ReposeImageReport],
+    outcome: Outcome,
+    picture: ReposeImageReport,
     measured: tuple[float, float],
 ) -> dict[str, Path]:
-    """Write pictures and files of the heap nearest to the mean angle."""
-    angles = np.array([p.angle_deg for p in pictures])
-    typical = int(np.abs(angles - angles.mean()).argmin())
-    outcome = outcomes[typical]
-    assert outcome.snapshot is not None
+    """Write the pictures of one heap, and the walls."""
     position, radius = heap_of(experiment, outcome)
     walls = experiment.walls(model)
     names = ("heap.png", "profile.png", "angle.png", "walls.vtp", "result.json")
     files = {Path(name).stem: folder / name for name in names}
-    files |= {f"grains_seed_{o.seed}": folder / f"grains_seed_{o.seed}.vtp" for o in outcomes}
     heap_picture(position, radius, walls=walls, path=files["heap"])
     plot_profile(outcome.details["profile"], files["profile"], measured, f"Heap of seed {outcome.seed}, from positions")
-    pictures[typical].save_annotated(files["angle"])
+    picture.save_annotated(files["angle"])
     write_walls(files["walls"], walls)
     return files

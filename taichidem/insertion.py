@@ -1,4 +1,4 @@
-"""Put grains at random places where they overlap nothing."""
+"""Put grains at random places where they overlap no other grain; walls are not looked at, so choose a region clear of them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from taichidem.errors import InputError
+from taichidem.walls.base import finite_vector, positive
 
 ROUNDS = 300
 
@@ -29,6 +30,7 @@ class CylinderRegion:
 
     def check(self, grain_radius: float) -> None:
         """Raise InputError unless one grain fits."""
+        finite_vector("CylinderRegion (radius, bottom, top)", (self.radius, self.bottom, self.top))
         if self.radius < grain_radius or self.top - self.bottom < 2 * grain_radius:
             raise InputError(
                 f"The region (radius {self.radius:g} m, height {self.top - self.bottom:g} m) is smaller than one grain of "
@@ -57,6 +59,8 @@ class BoxRegion:
 
     def check(self, grain_radius: float) -> None:
         """Raise InputError unless one grain fits."""
+        finite_vector("BoxRegion.lower", self.lower)
+        finite_vector("BoxRegion.upper", self.upper)
         if np.any(np.subtract(self.upper, self.lower) < 2 * grain_radius):
             raise InputError(
                 f"The region from {self.lower} to {self.upper} m is smaller than one grain of radius {grain_radius:g} m. "
@@ -88,6 +92,9 @@ def place_at_random(
         radius: of the new grains [m].
         present, present_radius: centres (n, 3) and radii (n,) of the grains already there [m].
     """
+    positive("radius of the grains", radius)
+    if count < 0:
+        raise InputError(f"count is {count}; give a number of grains from 0.")
     region.check(radius)
     placed = np.empty((0, 3))
     for _ in range(ROUNDS):

@@ -31,7 +31,7 @@ class WorldLayout:
 
     @property
     def skin(self) -> float:
-        return DEFAULT_SKIN * self.scene.largest_radius if self.scene.skin is None else self.scene.skin
+        return skin_of(self.scene)
 
     @property
     def elements(self) -> int:
@@ -74,11 +74,16 @@ class WorldLayout:
         )
 
 
+def skin_of(scene: Scene) -> float:
+    """Return the margin of a scene's neighbour lists [m]."""
+    return DEFAULT_SKIN * scene.largest_radius if scene.skin is None else scene.skin
+
+
 def lay_out(scene: Scene) -> WorldLayout:
     """Return what a scene needs: kernel rows of its walls (plain kinds first) and a grid of cells."""
     wall_rows = [(number, wall.kind(), row) for number, wall in enumerate(scene.walls) for row in wall.rows()]
     wall_rows.sort(key=lambda item: item[1] == FACET)
-    skin = DEFAULT_SKIN * scene.largest_radius if scene.skin is None else scene.skin
+    skin = skin_of(scene)
     reach = 2 * scene.largest_radius + skin + scene.model.reach()
     lower, upper = (np.asarray(corner, float) for corner in scene.domain)
     size = reach
@@ -218,11 +223,10 @@ class Loader:
                 patch = patches.setdefault(key, first + len(layout.wall_rows) + len(patches))
             row = self.next[kind] + len(geometry[kind])
             geometry[kind].append(values)
-            if kind == FACET:
-                self.access["sides"].write(3 * row, [self._with_corner(side) for side in values["sides"]])
             elements.append({"kind": kinds.index(kind), "row": row, "wall": first_wall + number, "patch": patch})
         elements += [{"kind": -1, "row": -1, "wall": first_wall + number, "patch": -1} for number, _ in patches]
         self.access["wall_elements"].write(first, elements)
+        self._write_sides([side for row in geometry.get(FACET, []) for side in row["sides"]])
         for kind, rows in geometry.items():
             self.access[kind].write(self._take(kind, len(rows)), rows)
         self._write_meshes(layout, first_wall, first)
@@ -248,11 +252,17 @@ class Loader:
             self.access["mesh_cells"].write_column(first_cell, "start", first_facet + grid.starts)
             self.access["mesh_facets"].write_column(first_facet, "element", np.array(own)[grid.facets])
 
-    def _with_corner(self, side: dict) -> dict:
-        edges = side["corner_edges"]
+    def _write_sides(self, sides: list[dict]) -> None:
+        """Write the sides of all facets of a world, and the edges that leave their corners."""
+        edges = [along for side in sides for along in side["corner_edges"]]
         first = self._take("corner", len(edges))
+        ends = first + np.cumsum([len(side["corner_edges"]) for side in sides], dtype=int)
+        rows = [
+            side | {"corner_first": end - len(side["corner_edges"]), "corner_last": end}
+            for side, end in zip(sides, ends.tolist(), strict=True)
+        ]
+        self.access["sides"].write(3 * self.next[FACET], rows)
         self.access["corner_edges"].write(first, [{"along": along} for along in edges])
-        return side | {"corner_first": first, "corner_last": first + len(edges)}
 
 
 def wall_row(material: int, wall: Wall) -> dict:

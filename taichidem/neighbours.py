@@ -78,12 +78,14 @@ class Neighbours(OnTables):
         first = self.worlds[w].first_body
         first_cell = self.worlds[w].first_cell
         idle = 2 * first + self.worlds[w].body_capacity - base  # first rows of the halves add up to this
+        dt, farthest = self.worlds[w].dt, self.worlds[w].largest_radius
         self._clear_cells(w)
         kept = 0
         for i in range(base, base + count):
             position = self.bodies[i].position
             self.labels[i].cell = -1
-            if not (position.dot(position) < 1e300):
+            # Written so that what is no number counts as too far and too fast.
+            if not (self.bodies[i].velocity.norm() * dt <= farthest and position.dot(position) < 1e300):
                 self.worlds[w].status = int(Status.DIVERGED)
             elif self.inside(w, position) == 1:
                 cell = self.cell_of(w, position)

@@ -26,14 +26,16 @@ class ParticlesSchedule(OnTables):
         """Advance a world by a number of steps, or until it stops."""
         if self.is_fresh(w):
             self.rebuild(w)
-            self.evaluate(w, 0.0)
+            if self.is_running(w):
+                self.evaluate(w, 0.0)
         dt = self.step_of(w)
         for s in range(steps):
-            if self.drift(w, min(s, 1) + 1):
-                self.rebuild(w)
             if not self.is_running(w):
                 return
-            self.evaluate(w, dt)
+            if self.drift(w, min(s, 1) + 1):
+                self.rebuild(w)
+            if self.is_running(w):
+                self.evaluate(w, dt)
         if self.is_running(w):
             self.finish(w)
 

@@ -20,6 +20,8 @@ from taichidem.simulation import Simulation, Snapshot
 
 Procedure = Generator[float, None, None]
 
+LONGEST_WAIT = 0.5  # [s] for which a stream may find no free place at all
+
 
 @dataclass
 class World:
@@ -83,8 +85,13 @@ def pour(
     Raises:
         InputError: the region stays full, so that the rate can't be kept.
     """
+    step = world.simulation.scenes[world.number].dt
+    if batch_interval < step:
+        raise InputError(
+            f"batch_interval is {batch_interval:g} s, below the time step of {step:g} s. Take a longer one."
+        )
     done = 0
-    began = world.time
+    began = placed_at = world.time
     while done < count:
         due = min(count, int(np.floor((world.time - began) * rate + rate * batch_interval + 1e-9)))
         present = world.snapshot()
@@ -92,10 +99,12 @@ def pour(
         if len(centres):
             world.insert(grain.spheres(centres, velocity))
             done += len(centres)
-        if due - done > 20 * rate * batch_interval + 20:
+        if len(centres) or due == done:
+            placed_at = world.time
+        if due - done > 20 * rate * batch_interval + 20 or world.time - placed_at > LONGEST_WAIT:
             raise InputError(
-                f"The stream can't keep {rate:g} grains per second: {due - done} of them wait for a free place. Enlarge its "
-                "region, raise the drop velocity, or lower the rate."
+                f"The stream can't keep {rate:g} grains per second: {due - done} of them wait for a free place. Enlarge "
+                "its region, raise the drop velocity, or lower the rate."
             )
         world.progress = share[0] + (share[1] - share[0]) * done / count
         yield batch_interval
@@ -122,11 +131,10 @@ def settle(
     A grain that trembles, as the constant-torque rolling law lets it, never rests fully; the limit is well above that.
     """
     interval = max(at_least / 10, 0.02)
-    waited = 0.0
-    while waited < at_most:
+    began = world.time
+    while world.time - began < at_most:
         yield interval
-        waited += interval
-        if waited >= at_least - 1e-12:
+        if world.time - began >= at_least - 0.5 * interval:
             grains = max(1, len(world.snapshot().mass))
             if world.kinetic_energy < quiet * grains * grain.mass * gravity * 2 * grain.radius:
                 return

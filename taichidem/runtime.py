@@ -15,7 +15,7 @@ os.environ.setdefault("TI_ENABLE_PADDLE", "0")
 
 import taichi as ti
 
-from taichidem.errors import InputError
+from taichidem.errors import EnvironmentProblem, InputError
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,7 @@ def start(threads: int | None = None, arch: str | None = None, debug: bool | Non
 
     Raises:
         InputError: the settings are unknown, or differ from those of the runtime that is already up.
+        EnvironmentProblem: CUDA was asked for and there is none.
     """
     global _running
     if _running is not None:
@@ -54,8 +55,8 @@ def start(threads: int | None = None, arch: str | None = None, debug: bool | Non
         return _running
     wanted = Runtime(
         arch=arch or os.environ.get("TAICHIDEM_ARCH", "cpu"),
-        threads=threads or int(os.environ.get("TAICHIDEM_THREADS", "0")) or cores(),
-        debug=bool(int(os.environ.get("TAICHIDEM_DEBUG", "0"))) if debug is None else debug,
+        threads=threads or _number_from("TAICHIDEM_THREADS") or cores(),
+        debug=bool(_number_from("TAICHIDEM_DEBUG")) if debug is None else debug,
     )
     if wanted.arch not in ("cpu", "cuda"):
         raise InputError(f"arch is {wanted.arch!r}; allowed are 'cpu' and 'cuda'. Leave it out for the CPU.")
@@ -63,8 +64,21 @@ def start(threads: int | None = None, arch: str | None = None, debug: bool | Non
         raise InputError(f"threads is {wanted.threads}; give at least 1, or leave it out for every processor.")
     with contextlib.redirect_stdout(io.StringIO()):  # Taichi announces itself on standard output
         _init(wanted)
+    if wanted.arch == "cuda" and ti.lang.impl.current_cfg().arch != ti.cuda:
+        ti.reset()
+        raise EnvironmentProblem(
+            "arch='cuda' was asked for, but Taichi finds no usable CUDA device. Install its driver (nvidia-smi must list it), "
+            "or leave arch out for the CPU."
+        )
     _running = wanted
     return wanted
+
+
+def _number_from(variable: str) -> int:
+    text = os.environ.get(variable, "0")
+    if not text.isdigit():
+        raise InputError(f"The environment variable {variable} is {text!r}; give a whole number from 0, or unset it.")
+    return int(text)
 
 
 def _init(wanted: Runtime) -> None:

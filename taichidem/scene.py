@@ -166,13 +166,14 @@ class Scene:
                 raise InputError(f"Wall {wall.name!r}: removed_at is nan; give a time [s], or leave it out.")
         for name in self.grain_materials:
             self.model.material_number(name)
-        if self.bodies is not None:
+        if self.bodies is None:
+            self._check_time_step()
+        else:
             self.check_bodies(self.bodies)
         for pair in self.model.pairs():
             for effect in self.model.effects:
                 if isinstance(effect, ContactEffect) and self.can_touch(pair):
                     effect.kernel_coefficients(pair)
-        self._check_time_step()
 
     def _check_lists(self) -> None:
         if self.skin is not None and not (math.isfinite(self.skin) and self.skin >= 0):
@@ -185,9 +186,7 @@ class Scene:
     def check_bodies(self, bodies: Bodies) -> None:
         """Raise InputError for grains that the scene's lists, step or materials do not fit."""
         numbers = np.unique(bodies.element_material)
-        grains = [
-            k for k, m in enumerate(self.model.materials) if not self.grain_materials or m.name in self.grain_materials
-        ]
+        grains = [k for k, m in enumerate(self.model.materials) if m.name in self.grain_names]
         if not np.all(np.isin(numbers, grains)):
             raise InputError(
                 f"Grains have material numbers {numbers.tolist()}; this scene's grains may have "
@@ -200,6 +199,8 @@ class Scene:
                 f"Grains have radii from {smallest:g} to {largest:g} m; the scene was laid out for {self.smallest_radius:g} "
                 f"to {self.largest_radius:g} m. Give it smallest_radius and largest_radius of all that will come."
             )
+        self._check_time_step()
+        self._check_density(bodies)
         lower, upper = (np.asarray(corner, float) for corner in self.domain)
         outside = np.any((bodies.position < lower) | (bodies.position > upper), axis=1)
         if np.any(outside):
@@ -209,18 +210,37 @@ class Scene:
                 f"{bodies.position[first].tolist()}. Move them, or enlarge the domain."
             )
 
+    def _check_density(self, bodies: Bodies) -> None:
+        """Refuse bodies so light that the time step no longer resolves their contacts."""
+        lightest = float((bodies.mass / (4 / 3 * np.pi * bodies.radius**3)).min())
+        declared = min(m.density for m in self.model.materials if m.name in self.grain_names)
+        allowed = LARGEST_STEP * self.rayleigh_time() * math.sqrt(min(1.0, lightest / declared))
+        if self.dt > allowed and not self.force_time_step:
+            raise InputError(
+                f"Bodies as light as {lightest:.4g} kg/m^3 were given; their materials have {declared:.4g}, and the time step "
+                f"{self.dt:.3g} s is above {LARGEST_STEP} of the bodies' own Rayleigh time. Give them the material's density, "
+                f"take a step of at most {allowed:.3g} s, or set force_time_step=True."
+            )
+
     def can_touch(self, pair: MaterialPair) -> bool:
         """Return True if a grain may be of the pair's first material (walls don't touch walls)."""
-        grains = set(self.grain_materials) or {m.name for m in self.model.materials}
-        return pair.first.name in grains
+        return pair.first.name in self.grain_names
+
+    @property
+    def grain_names(self) -> set[str]:
+        """Materials that grains may have: those announced, else those present at the start, else all."""
+        if self.grain_materials:
+            return set(self.grain_materials)
+        if self.bodies is not None:
+            known = range(len(self.model.materials))
+            return {self.model.materials[k].name for k in np.unique(self.bodies.element_material) if k in known}
+        return {m.name for m in self.model.materials}
 
     def rayleigh_time(self) -> float:
         """Return the shortest Rayleigh time of the scene's grains [s]."""
-        grains = set(self.grain_materials)
-        if not grains and self.bodies is not None:
-            grains = {self.model.materials[k].name for k in np.unique(self.bodies.element_material)}
-        materials = [m for m in self.model.materials if not grains or m.name in grains]
-        return min(rayleigh_time_step(self.smallest_radius, m) for m in materials)
+        return min(
+            rayleigh_time_step(self.smallest_radius, m) for m in self.model.materials if m.name in self.grain_names
+        )
 
     @property
     def dt(self) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -44,8 +43,11 @@ class Snapshot:
     rebuilds: int
 
 
+MOST_STEPS = 2_000_000_000  # counters in kernels are 32 bits wide
+
 REASONS = {
-    1: "diverged: a position became infinite or no number. Reduce the time step or the speeds.",
+    1: "diverged: a grain moved more than its radius in one step, or its position is no number. Reduce the time step or "
+    "the speeds.",
     2: "ran out of room in its neighbour lists. Raise `partners` of the scene.",
     3: "overlaps too far: a contact passed half a radius. Reduce the time step, the speeds, or stiffen the material.",
 }
@@ -53,6 +55,9 @@ REASONS = {
 
 class Simulation:
     """One or more worlds that share a compiled law.
+
+    Compiled engines are reused: a simulation whose engine a later one of the same kind took over can't be used any more,
+    and says so. Read its results first, or put both scenes into one simulation.
 
     Args:
         scenes: one scene per world, or a single scene.
@@ -67,14 +72,14 @@ class Simulation:
         from taichidem import pool
 
         self.scenes = [scenes] if isinstance(scenes, Scene) else list(scenes)
-        if not self.scenes:
-            raise InputError("No scene was given; a simulation needs at least one.")
+        if not self.scenes or not all(isinstance(scene, Scene) for scene in self.scenes):
+            raise InputError("Give a Scene, or a list of at least one Scene.")
         if schedule not in ("worlds", "particles"):
             raise InputError(f"schedule is {schedule!r}; allowed are 'worlds' and 'particles'.")
         self.schedule = schedule
         self._engine, self._exchange, self._stepper = pool.engine_for(self.scenes, schedule)
         self._engine.user = self
-        self._identities = [itertools.count() for _ in self.scenes]
+        self._asked = [0.0] * len(self.scenes)  # time each world was asked to reach [s]
         self._inserted = [0] * len(self.scenes)
         for world, scene in enumerate(self.scenes):
             if scene.bodies is not None:
@@ -85,6 +90,8 @@ class Simulation:
 
     def _world(self, world: int) -> dict[str, float]:
         self._check_open()
+        if world not in range(len(self)):
+            raise InputError(f"world is {world!r}; this simulation has {len(self)}, numbered from 0.")
         return self._engine.access["worlds"].read(world)
 
     def _check_open(self) -> None:
@@ -128,19 +135,42 @@ class Simulation:
     def run(self, duration: float | Sequence[float] | np.ndarray) -> None:
         """Advance every running world by a duration [s], one for all or one each; a stopped world is left as it is."""
         self._check_open()
+        if np.shape(duration) not in ((), (len(self),)):
+            raise InputError(
+                f"duration is {duration!r}; give seconds, one number or one for each of {len(self)} worlds."
+            )
         durations = np.broadcast_to(np.asarray(duration, float), (len(self),))
         if not (np.all(np.isfinite(durations)) and np.all(durations >= 0)):
             raise InputError(f"duration is {duration!r}; give finite seconds from 0, one number or one for each world.")
         for world, (scene, seconds) in enumerate(zip(self.scenes, durations, strict=True)):
-            steps = round(float(seconds) / scene.dt)
-            self._engine.set_target(world, max(0, steps))
+            if seconds > 0:
+                # Counted from the time that was asked for, so that rounding to whole steps never adds up.
+                self._asked[world] += float(seconds)
+                self._set_target(world, round(self._asked[world] / scene.dt))
         self._stepper.run(len(self))
 
     def run_steps(self, steps: int) -> None:
-        """Advance every running world by a number of steps."""
-        for world in range(len(self)):
-            self._engine.set_target(world, steps)
+        """Advance every running world by a number of steps.
+
+        Raises:
+            InputError: no whole number from 0.
+        """
+        self._check_open()
+        if not isinstance(steps, (int, np.integer)) or steps < 0:
+            raise InputError(f"steps is {steps!r}; give a whole number from 0.")
+        for world, scene in enumerate(self.scenes):
+            target = int(self._world(world)["step"]) + int(steps)
+            self._asked[world] = target * scene.dt
+            self._set_target(world, target)
         self._stepper.run(len(self))
+
+    def _set_target(self, world: int, target: int) -> None:
+        if target > MOST_STEPS:
+            raise InputError(
+                f"World {world} would come to step {target:.3g}; one simulation does up to {MOST_STEPS:.3g}, that is "
+                f"{MOST_STEPS * self.scenes[world].dt:.4g} s at its time step. Take a larger step or a softer material."
+            )
+        self._engine.set_target(world, target)
 
     def snapshot(self, world: int = 0) -> Snapshot:
         """Return the bodies of a world now."""
@@ -158,13 +188,15 @@ class Simulation:
 
     def kinetic_energy(self, world: int = 0) -> float:
         """Return the kinetic energy of a world [J]."""
-        self._check_open()
+        self._world(world)
         return float(self._exchange.kinetic(world))
 
     def failure(self, world: int = 0) -> str | None:
         """Return why a world stopped, or None while it is well."""
-        status = int(self._world(world)["status"])
-        return None if status == 0 else f"World {world} {REASONS[status]} (at {self.time(world):.6g} s)"
+        row = self._world(world)
+        status = int(row["status"])
+        deep = f", overlap {row['largest_overlap']:.3g} m" if row["largest_overlap"] else ""
+        return None if status == 0 else f"World {world} {REASONS[status]} (at {self.time(world):.6g} s{deep})"
 
     def check(self) -> None:
         """Raise SimulationError if any world stopped."""

@@ -46,10 +46,6 @@ class Sizes:
     corner_edges: int
     pair_rows: int
 
-    def covers(self, other: "Sizes") -> bool:
-        """True if an engine of this size can hold the other."""
-        return all(getattr(self, name) >= getattr(other, name) for name in self.__dataclass_fields__)
-
     def rounded(self) -> "Sizes":
         """Return every size rounded up to a power of two, so that similar scenes share one compiled engine."""
         return Sizes(**{n: 1 << max(0, getattr(self, n) - 1).bit_length() for n in self.__dataclass_fields__})
@@ -125,7 +121,7 @@ _ELEMENT = {
     "cell": ti.i32,
 }
 _OWNED = {"body": ti.i32, "offset": vec3, "position": vec3}
-_LABEL = {"identity": ti.i32, "radius": ti.f64, "moved_to": ti.i32, "came_from": ti.i32, "cell": ti.i32}
+_LABEL = {"identity": ti.i32, "radius": ti.f64, "moved_to": ti.i32, "cell": ti.i32}
 _SLOT = {
     "partner": ti.i32,  # an element, or −1 − wall element
     "row": ti.i32,  # of the effects' coefficients

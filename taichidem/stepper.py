@@ -7,7 +7,7 @@ import numpy as np
 from taichidem.engine import Engine
 from taichidem.errors import SimulationError
 
-MOST_STEPS = 1 << 16
+PARTICLE_STEPS = 4_000_000  # of one launch, some tenths of a second, so that an interrupt comes through soon
 
 
 class Stepper:
@@ -25,12 +25,14 @@ class Stepper:
         waiting = self.steps_left(worlds)
         while waiting.max() > 0:
             before = waiting.sum()
+            grains = self.engine.access["worlds"].read_all(worlds)["bodies"].max()
+            limit = max(50, int(PARTICLE_STEPS / max(1.0, grains)))
             if self.engine.particles is None:
-                self.engine.advance_worlds(worlds, MOST_STEPS)
+                self.engine.advance_worlds(worlds, limit)
             else:
                 for world, steps in enumerate(waiting):
                     if steps > 0:
-                        self.engine.particles.advance(world, int(steps))
+                        self.engine.particles.advance(world, int(min(steps, limit)))
             waiting = self.steps_left(worlds)
             if waiting.sum() >= before:
                 raise SimulationError(
@@ -40,4 +42,4 @@ class Stepper:
     def steps_left(self, worlds: int) -> np.ndarray:
         """Return the steps that each running world still has to do."""
         rows = self.engine.access["worlds"].read_all(worlds)
-        return np.where(rows["status"] == 0, rows["target"] - rows["step"], 0)
+        return np.where(rows["status"] == 0, np.maximum(rows["target"] - rows["step"], 0), 0)

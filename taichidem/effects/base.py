@@ -122,6 +122,12 @@ class Effect:
             return parameter.check(self.name, "", value)
         if not parameter.per_pair:
             raise InputError(f"{self.name}.{parameter.name} is one number for the whole model; {value!r} was given.")
+        for pair in value:
+            reverse = "-".join(reversed(pair.split("-")))
+            if reverse != pair and reverse in value:
+                raise InputError(
+                    f"{self.name}.{parameter.name} is given for {pair!r} and for {reverse!r}, which are one pair. Leave one out."
+                )
         return {pair: parameter.check(self.name, f" of {pair}", number) for pair, number in value.items()}
 
     def value(self, parameter: str, pair: MaterialPair | None = None) -> float:
@@ -145,8 +151,9 @@ class Effect:
 
     @property
     def composition(self) -> tuple:
-        """What the compiled kernel depends on: the class and its options, not the values."""
-        return (type(self),)
+        """What the compiled kernel depends on: the class and its options (every attribute but the values)."""
+        options = sorted((name, held) for name, held in vars(self).items() if name != "values")
+        return (type(self), *options)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.values.items())})"

@@ -89,10 +89,6 @@ class NormalHertz(ContactEffect):
         super().__init__(**values)
         self.attraction = attraction
 
-    @property
-    def composition(self) -> tuple:
-        return (type(self), self.attraction)
-
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
         """Return stiffness 4/3 E* [Pa] and damping 2 √(5/6) β √(2 E*) [√Pa]."""
         e = self.value("restitution", pair)

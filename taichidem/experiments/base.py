@@ -98,6 +98,8 @@ class Experiment:
             raise InputError(
                 f"{len(models)} models and {len(seeds)} seeds were given; give one seed per model, at least one."
             )
+        if not all(isinstance(seed, (int, np.integer)) and seed >= 0 for seed in seeds):
+            raise InputError(f"seeds are {list(seeds)!r}; give whole numbers from 0.")
         simulation = Simulation([self.scene(model) for model in models], schedule)
         worlds = [World(simulation, k, np.random.default_rng(seed)) for k, seed in enumerate(seeds)]
         play(simulation, [self.procedure(w, m) for w, m in zip(worlds, models, strict=True)], worlds, report)
@@ -122,5 +124,5 @@ def _explain(experiment: Experiment, error: ValidationError) -> str:
         declared = experiment.settings_type.model_fields.get(name)
         unit = (declared.json_schema_extra or {}).get("unit", "1") if declared else "1"  # type: ignore[union-attr]
         cause = problem["msg"].removeprefix("Value error, ")
-        lines.append(f"{experiment.name}.{name} is {problem['input']!r} [{unit}]: {cause}.")
+        lines.append(f"{experiment.name}.{name} is {problem['input']!r} [{unit}]: {cause.rstrip('.')}.")
     return " ".join(lines)

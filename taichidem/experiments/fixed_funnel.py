@@ -51,6 +51,8 @@ class FixedFunnelSettings(Settings):
             raise ValueError("the stream must lie above the rim: rim_height < stream_bottom < stream_top")
         if self.fit_to <= self.fit_from:
             raise ValueError("fit_to must be above fit_from")
+        if self.longest_settle_time < self.settle_time:
+            raise ValueError("longest_settle_time must not be below settle_time")
         if self.stream_radius > self.cup_radius:
             raise ValueError("stream_radius must not exceed cup_radius")
         return self
@@ -117,6 +119,11 @@ class FixedFunnel(Experiment):
             s.cup_radius,
             ProfileSettings(method=s.method, fit_from=s.fit_from, fit_to=s.fit_to),
         )
+        if report.angle_deg <= 0:
+            raise InputError(
+                f"The grains form no heap: their surface rises outwards, {report.angle_deg:.1f}° over the window from "
+                f"{s.fit_from:g} to {s.fit_to:g} of the cup radius. Pour more grains."
+            )
         inside = np.hypot(*snapshot.position[:, :2].T) < s.cup_radius
         details = {"profile": report, "grains_in_cup": int(np.count_nonzero(kept & inside))}
         return {"angle_of_repose": report.angle_deg}, details

@@ -29,7 +29,6 @@ class FacetKind:
 
     name = "facet"
     columns = {"normal": vec3}
-    searched_by_cell = True
 
     def __init__(self, table, sides, corner_edges) -> None:
         self.table = table

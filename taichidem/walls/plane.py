@@ -48,7 +48,6 @@ class PlaneKind:
 
     name = "plane"
     columns = {"point": vec3, "normal": vec3}
-    searched_by_cell = False
 
     def __init__(self, table) -> None:
         self.table = table

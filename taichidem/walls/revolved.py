@@ -159,7 +159,6 @@ class RevolvedKind:
         "along_height": ti.f64,
         "inverse_square": ti.f64,
     }
-    searched_by_cell = False
 
     def __init__(self, table) -> None:
         self.table = table

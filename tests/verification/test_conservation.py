@@ -51,7 +51,9 @@ def cloud(seed=1, n=40, spread=0.09, speed=1.0):
 
 
 def angular_momentum(s):
-    return (s.mass[:, None] * np.cross(s.position, s.velocity)).sum(0) + (s.inertia[:, None] * s.spin).sum(0)
+    return (s.mass[:, None] * np.cross(s.position, s.velocity)).sum(0) + (
+        (0.4 * s.mass * s.radius**2)[:, None] * s.spin
+    ).sum(0)
 
 
 def test_momentum_of_a_collapsing_cloud():
