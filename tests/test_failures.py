@@ -20,7 +20,12 @@ def overlapping():
 
 
 def crashing():
-    return scene(ball([0, 0, 0.05], velocity=(0, 0, -200.0)), law=effects(**LAW))
+    return scene(ball([0, 0, 0.05], velocity=(0, 0, -40.0)), law=effects(**LAW))
+
+
+def racing():
+    """More than its radius in a step: it could pass through anything."""
+    return scene(ball([0, 0, 0.5], velocity=(0, 0, 9e3)), law=effects(**LAW), walls=())
 
 
 def diverging():
@@ -33,7 +38,13 @@ def crowded():
     return scene(grains, law=effects(**LAW), partners=1.0)
 
 
-BAD = {"overlaps": overlapping, "passed half": crashing, "diverged": diverging, "lists": crowded}
+BAD = {
+    "overlaps": overlapping,
+    "passed half": crashing,
+    "moved more than its radius": racing,
+    "diverged": diverging,
+    "lists": crowded,
+}
 
 
 @pytest.mark.parametrize("reason", list(BAD))
