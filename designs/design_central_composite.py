@@ -122,8 +122,9 @@ class CentralComposite(DesignGenerator):
                 "central_composite splits only a full cube of 3 or more factors into two blocks, with an even number "
                 "of cube centre points. Use blocks = 2, or halvings = 0 and an even number."
             )
-        sign, half = np.prod(cube, axis=1), len(centre) // 2
-        return [[("factorial", cube[sign == s]), ("centre", centre[:half])] for s in (-np.sign(sign[-1]), sign[-1])]
+        # The sign, not the product: an inscribed cube lies at ±1/α.
+        sign, half = np.sign(np.prod(cube, axis=1)), len(centre) // 2
+        return [[("factorial", cube[sign == s]), ("centre", centre[:half])] for s in (-sign[-1], sign[-1])]
 
     def _alpha(self, n_f: int, k: int, n_c: int, n_s: int) -> float:
         if self.kind == "face_centred":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import inspect
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -120,6 +121,12 @@ def read_table(path: Path) -> pd.DataFrame:
         raise InputError(
             f"{path} is no CSV table: {error} Save it as CSV (UTF-8) with one row of column names."
         ) from None
+    names = [name.strip() for name in next(csv.reader([header], delimiter=";" if european else ","), [])]
+    twice = sorted({name for name in names if name and names.count(name) > 1})
+    if twice:
+        raise InputError(
+            f"{path} has more than one column named {', '.join(twice)}. Give each column a name of its own."
+        )
     table.columns = [str(column).strip() for column in table.columns]
     return table.dropna(how="all")
 
@@ -207,7 +214,9 @@ def _write(table: pd.DataFrame, path: Path) -> None:
     try:
         table.to_csv(path, index=False)
     except OSError as error:
-        raise InputError(f"{path} can't be written: {error.strerror}. Give a file in an existing folder.") from None
+        raise InputError(
+            f"{path} can't be written: {error.strerror or error}. Give a file in an existing folder."
+        ) from None
     typer.echo(f"\nWrote {len(table)} runs to {path}")
 
 

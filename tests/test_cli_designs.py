@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 
 from designs import BUILT_IN
 from taichidem import plugins
-from taichidem.cli_designs import parse_value, register
+from taichidem.cli_designs import parse_value, read_table, register
+from taichidem.errors import InputError
 from tests.analysis.published import DATA, central_composite
 
 FACTORS = """
@@ -177,3 +178,10 @@ def test_clear_errors_of_analyse(cli, tmp_path):
     refused(cli("analyse", "anova", "empty.csv", "-r", "y"), "no CSV table")
     cli("design", "box_behnken", "-f", "factors.toml", "-o", "runs.csv")
     refused(cli("analyse", "anova", path, "-r", "aor_deg", "--design", "runs.csv"), "doesn't match the design")
+
+
+def test_a_table_with_two_columns_of_one_name_is_refused(tmp_path):
+    path = tmp_path / "twice.csv"
+    path.write_text("run,a,a,y\n1,0,0,1\n2,1,1,2\n")
+    with pytest.raises(InputError, match="more than one column named a"):
+        read_table(path)
