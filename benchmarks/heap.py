@@ -55,11 +55,11 @@ def measure_heap(threads: int, core: int | None, worlds: int, quick: bool) -> He
 
 def pour_heaps(threads: int, worlds: int, quick: bool) -> HeapSpeed:
     """Pour heaps, one world each; runs in a worker."""
-    from taichidem.library import polypropylene
+    from taichidem.library import PAPER_HEAP, polypropylene
     from taichidem.simulation import Simulation
 
     settings = {"particles": QUICK_PARTICLES, "settle_time": 0.1, "longest_settle_time": 0.2} if quick else {}
-    test = CountingFunnel(**settings)
+    test = CountingFunnel(**{**PAPER_HEAP, **settings})
     model = polypropylene()
     Simulation([test.scene(model)] * worlds).run_steps(1)  # compiles
     start = perf_counter()

@@ -89,12 +89,12 @@ def pour_points(
         SimulationError: a heap failed.
     """
     from taichidem.experiments import FixedFunnel
-    from taichidem.library import polypropylene
+    from taichidem.library import PAPER_HEAP, polypropylene
 
     models = [
         polypropylene(static_friction=p.static_friction, restitution=p.restitution, density=p.density) for p in points
     ]
-    outcomes = FixedFunnel().run(
+    outcomes = FixedFunnel(**PAPER_HEAP).run(
         [model for model in models for _ in seeds], [seed for _ in points for seed in seeds], report=report
     )
     failures = [str(o.failure) for o in outcomes if o.failure]

@@ -139,6 +139,7 @@ class Contacts(OnTables):
                     spoken_before = spoken
                     spoken = near.point
                     c.lever_i += arm_i
+                    c.lever_j = self.wall_motion.arm(element, near.point)
                     c.spin_j = self.wall_motion.spin(element)
                     c.velocity = velocity + spin.cross(c.lever_i) - self.wall_motion.velocity(element, near.point)
             if ti.static(own_only):
@@ -157,15 +158,16 @@ class Contacts(OnTables):
                 part = self.law.contact_wrench(self.slots[s].row, kept, c)
                 total.force += part.force
                 total.torque += c.lever_i.cross(part.force) + part.torque
-                if partner >= 0:
-                    reaction = c.lever_j.cross(part.force) + part.torque
-                    if ti.static(own_only):
-                        pushed[s].force = part.force
-                        pushed[s].torque = reaction
-                    else:
-                        # Plain assignment: `+=` on a table is atomic in Taichi, even where one thread owns the world.
-                        self.loads[partner].force = self.loads[partner].force - part.force
-                        self.loads[partner].torque = self.loads[partner].torque - reaction
+                reaction = c.lever_j.cross(part.force) + part.torque
+                if ti.static(own_only):
+                    pushed[s].force = part.force
+                    pushed[s].torque = reaction
+                elif partner < 0:
+                    self.wall_motion.feel(-1 - partner, part.force, reaction)
+                else:
+                    # Plain assignment: `+=` on a table is atomic in Taichi, even where one thread owns the world.
+                    self.loads[partner].force = self.loads[partner].force - part.force
+                    self.loads[partner].torque = self.loads[partner].torque - reaction
         if ti.static(not own_only):
             # Partners come after their owners, so all reactions on e are in by now.
             total.force += self.loads[e].force

@@ -138,6 +138,7 @@ class Engine:
             for e in range(base, last):
                 self.contacts.loads[e].force = vec3(0.0)
                 self.contacts.loads[e].torque = vec3(0.0)
+            self.wall_motion.forget_forces(w)
         for e in range(base, last):
             self.contacts.act(w, e, dt, False, 0)
         if ti.static(not self.single):

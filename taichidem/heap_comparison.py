@@ -19,6 +19,7 @@ from taichidem import __version__
 from taichidem.errors import InputError, SimulationError
 from taichidem.experiments import FixedFunnel, Outcome
 from taichidem.graphics import require_graphics
+from taichidem.library import PAPER_HEAP
 from taichidem.output_vtk import write_grains, write_walls
 from taichidem.render import heap_picture, side_views
 from taichidem.scene import Model
@@ -105,7 +106,7 @@ def compare_heap(
     """
     folder = writable_folder(output)
     require_graphics()  # better now than after minutes of pouring
-    experiment = experiment or FixedFunnel()
+    experiment = experiment or FixedFunnel(**PAPER_HEAP)
     tell = report or (lambda stage, share: None)
     tell("pouring", 0.0)
     outcomes = experiment.run(model, seeds, report=lambda share: tell("pouring", share))

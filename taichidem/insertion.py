@@ -37,7 +37,7 @@ class CylinderRegion:
                 f"radius {grain_radius:g} m. Widen it."
             )
 
-    def sample(self, rng: np.random.Generator, count: int, grain_radius: float) -> np.ndarray:
+    def sample(self, rng: np.random.Generator, count: int, grain_radius: np.ndarray | float) -> np.ndarray:
         """Return random centres, uniform in the volume in which a grain lies wholly inside, (count, 3) [m]."""
         rho = (self.radius - grain_radius) * np.sqrt(rng.random(count))
         azimuth = 2 * np.pi * rng.random(count)
@@ -67,10 +67,11 @@ class BoxRegion:
                 "Widen it."
             )
 
-    def sample(self, rng: np.random.Generator, count: int, grain_radius: float) -> np.ndarray:
+    def sample(self, rng: np.random.Generator, count: int, grain_radius: np.ndarray | float) -> np.ndarray:
         """Return random centres, uniform in the volume in which a grain lies wholly inside, (count, 3) [m]."""
-        lower = np.asarray(self.lower) + grain_radius
-        return lower + rng.random((count, 3)) * (np.asarray(self.upper) - grain_radius - lower)
+        margin: np.ndarray = np.broadcast_to(grain_radius, (count,))[:, None]
+        lower = np.asarray(self.lower) + margin
+        return lower + rng.random((count, 3)) * (np.asarray(self.upper) - margin - lower)
 
     def volume(self) -> float:
         """Return the volume [m³]."""
@@ -81,70 +82,77 @@ Region = CylinderRegion | BoxRegion
 
 
 def place_at_random(
-    rng: np.random.Generator, region: Region, count: int, radius: float, present: np.ndarray, present_radius: np.ndarray
+    rng: np.random.Generator, region: Region, radii: np.ndarray, present: np.ndarray, present_radius: np.ndarray
 ) -> np.ndarray:
-    """Return as many centres as could be placed, one after another, without touching each other or what is present.
+    """Return a centre for each new grain that touches nothing, (n, 3) [m]; NaN for a grain that found no place.
 
     Args:
         rng: the world's own stream of random numbers.
         region: where the grains appear.
-        count: how many are wanted.
-        radius: of the new grains [m].
-        present, present_radius: centres (n, 3) and radii (n,) of the grains already there [m].
+        radii: of the new grains (n,) [m]; they look for a place in this order, again and again.
+        present, present_radius: centres (m, 3) and radii (m,) of the grains already there [m].
     """
-    positive("radius of the grains", radius)
-    if count < 0:
-        raise InputError(f"count is {count}; give a number of grains from 0.")
-    region.check(radius)
-    placed = np.empty((0, 3))
+    radii = np.asarray(radii, float)
+    centres: np.ndarray = np.full((len(radii), 3), np.nan)
+    if len(radii) == 0:
+        return centres
+    positive("radius of the grains", float(radii.min()))
+    region.check(float(radii.max()))
+    waiting = np.arange(len(radii))
     for _ in range(ROUNDS):
-        missing = count - len(placed)
-        if missing == 0:
+        tried = region.sample(rng, len(waiting), radii[waiting])
+        placed = np.setdiff1d(np.arange(len(radii)), waiting)
+        free = _free_of(tried, radii[waiting], present, present_radius)
+        free &= _free_of(tried, radii[waiting], centres[placed], radii[placed])
+        won = free.copy()
+        won[free] = _first_come(tried[free], radii[waiting[free]])
+        centres[waiting[won]] = tried[won]
+        waiting = waiting[~won]
+        if len(waiting) == 0:
             break
-        tried = region.sample(rng, missing, radius)
-        tried = tried[_free_of(tried, radius, present, present_radius)]
-        tried = tried[_free_of(tried, radius, placed, np.full(len(placed), radius))]
-        placed = np.concatenate([placed, _first_come(tried, 2 * radius)])
-    return placed
+    return centres
 
 
 def fill_at_random(
-    rng: np.random.Generator, region: Region, count: int, radius: float, present: np.ndarray, present_radius: np.ndarray
+    rng: np.random.Generator, region: Region, radii: np.ndarray, present: np.ndarray, present_radius: np.ndarray
 ) -> np.ndarray:
-    """Return exactly `count` centres as `place_at_random` does.
+    """Return a centre for every grain as `place_at_random` does.
 
     Raises:
         InputError: the region is too small for the number asked for.
     """
-    placed = place_at_random(rng, region, count, radius, present, present_radius)
-    if len(placed) < count:
-        share = count * 4 / 3 * np.pi * radius**3 / region.volume()
+    centres = place_at_random(rng, region, radii, present, present_radius)
+    placed = int(np.count_nonzero(np.isfinite(centres[:, 0])))
+    if placed < len(centres):
+        share = float((4 / 3 * np.pi * np.asarray(radii) ** 3).sum()) / region.volume()
         raise InputError(
-            f"Only {len(placed)} of {count} grains of radius {radius:g} m found a place at random; they would fill "
-            f"{100 * share:.0f} % of the region, and beyond about 30 % hardly any place is free. Enlarge the region "
-            "or ask for fewer."
+            f"Only {placed} of {len(centres)} grains of radius up to {float(np.max(radii)):g} m found a place at random; "
+            f"they would fill {100 * share:.0f} % of the region, and beyond about 30 % hardly any place is free. Enlarge "
+            "the region or ask for fewer."
         )
-    return placed
+    return centres
 
 
-def _free_of(tried: np.ndarray, radius: float, present: np.ndarray, present_radius: np.ndarray) -> np.ndarray:
+def _free_of(tried: np.ndarray, radii: np.ndarray, present: np.ndarray, present_radius: np.ndarray) -> np.ndarray:
     """Return which of the tried centres touch nothing that is present."""
     if len(present) == 0 or len(tried) == 0:
         return np.ones(len(tried), bool)
-    near = cKDTree(present).query_ball_point(tried, radius + float(present_radius.max()))
+    near = cKDTree(present).query_ball_point(tried, radii + float(present_radius.max()))
     point = np.repeat(np.arange(len(tried)), [len(found) for found in near])
     other = np.concatenate(near).astype(int)
     distance = np.sqrt(((present[other] - tried[point]) ** 2).sum(axis=1))
     free = np.ones(len(tried), bool)
-    free[point[distance < radius + present_radius[other]]] = False
+    free[point[distance < radii[point] + present_radius[other]]] = False
     return free
 
 
-def _first_come(tried: np.ndarray, distance: float) -> np.ndarray:
-    """Return the centres that keep their distance from every earlier kept one."""
+def _first_come(tried: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """Return which centres touch no earlier kept one."""
     kept = np.ones(len(tried), bool)
     if len(tried) > 1:
-        for first, second in sorted(cKDTree(tried).query_pairs(distance)):
+        pairs = np.array(sorted(cKDTree(tried).query_pairs(2 * float(radii.max()))), int).reshape(-1, 2)
+        apart = np.sqrt(((tried[pairs[:, 0]] - tried[pairs[:, 1]]) ** 2).sum(axis=1))
+        for first, second in pairs[apart < radii[pairs[:, 0]] + radii[pairs[:, 1]]].tolist():
             if kept[first]:
                 kept[second] = False
-    return tried[kept]
+    return kept

@@ -9,6 +9,25 @@ from taichidem.scene import Model
 REAL_POLYPROPYLENE_MODULUS = 1.3e9  # [Pa]
 SOFT_POLYPROPYLENE_MODULUS = 1e7  # [Pa], eleven times larger steps, no shift of the heap beyond seed scatter
 
+# Settings of `fixed_funnel` for the heaps of the paper: a cup of 100 mm, measured over rings.
+PAPER_HEAP = {
+    "diameter": "6 mm",
+    "cup_radius": "50 mm",
+    "rim_height": "30 mm",
+    "stream_radius": "15 mm",
+    "stream_bottom": "65 mm",
+    "stream_top": "105 mm",
+    "stream_rate": 600.0,
+    "batch_interval": "20 ms",
+    "drop_velocity": "0.3 m/s",
+    "particles": 2500,
+    "settle_time": "0.6 s",
+    "longest_settle_time": "2 s",
+    "method": "rings",
+    "fit_from": 0.4,
+    "fit_to": 0.92,
+}
+
 
 def polypropylene(
     *,

@@ -130,7 +130,7 @@ def check_alike(scenes: Sequence[Scene]) -> None:
 
 def composition(scene: Scene) -> tuple:
     """Return what the compiled law of a scene depends on."""
-    return tuple(sorted((e.composition for e in scene.model.effects), key=repr))
+    return tuple(sorted((e.composition for e in scene.model.acting().effects), key=repr))
 
 
 class Loader:
@@ -195,7 +195,7 @@ class Loader:
         self.access["worlds"].write(world, [values])
 
     def _write_coefficients(self, world: int, scene: Scene) -> int:
-        own: dict = {e.composition: e for e in scene.model.effects}
+        own: dict = {e.composition: e for e in scene.model.acting().effects}
         pairs = scene.model.pairs()
         first = self._take("row", len(pairs))
         for bound, access in zip(self.engine.law.contact_bound, self.access["contact"], strict=True):
@@ -267,10 +267,15 @@ class Loader:
 
 def wall_row(material: int, wall: Wall) -> dict:
     """Return the kernel row of a wall's rigid motion."""
+    load = np.asarray(wall.motion.load, float)
+    size = float(np.linalg.norm(load))
     return {
         "origin": wall.motion.centre,
         "velocity": wall.motion.velocity,
         "spin": wall.motion.spin,
+        "load": size,
+        "guide": load / size if size else load,
+        "inverse_mass": 1 / wall.motion.mass if size else 0.0,
         "first_row": (1.0, 0.0, 0.0),
         "second_row": (0.0, 1.0, 0.0),
         "third_row": (0.0, 0.0, 1.0),

@@ -38,6 +38,7 @@ class ParticlesSchedule(OnTables):
                 self.evaluate(w, dt)
         if self.is_running(w):
             self.finish(w)
+            self.gather_walls(w)
 
     def rebuild(self, w: int) -> None:
         """Rebuild a world's lists: sorting on one thread, the search for pairs on all."""
@@ -51,6 +52,8 @@ class ParticlesSchedule(OnTables):
         """Evaluate all contacts and body effects of a world."""
         self.act(w, dt)
         self.gather(w)
+        if self.has_loaded_wall(w):
+            self.gather_walls(w)
         if not self.single:
             self.collect(w)
 
@@ -175,6 +178,30 @@ class ParticlesSchedule(OnTables):
                 torque = torque - self.reactions[slot].torque
             self.loads[e].force = self.loads[e].force + force
             self.loads[e].torque = self.loads[e].torque + torque
+
+    @ti.kernel
+    def has_loaded_wall(self, w: ti.i32) -> ti.i32:
+        found = 0
+        first = self.worlds[w].first_wall
+        ti.loop_config(serialize=True)
+        for k in range(first, first + self.worlds[w].walls):
+            if self.walls[k].inverse_mass > 0.0:
+                found = 1
+        return found
+
+    @ti.kernel
+    def gather_walls(self, w: ti.i32):
+        """Add up what the walls feel, in the order of the slots, on one thread."""
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            self.wall_motion.forget_forces(w)
+            base = self.worlds[w].element_base
+            for e in range(base, base + self.worlds[w].elements):
+                for s in range(self.elements[e].slots_from, self.elements[e].slots_to):
+                    if self.slots[s].partner < 0:
+                        self.wall_motion.feel(
+                            -1 - self.slots[s].partner, self.reactions[s].force, self.reactions[s].torque
+                        )
 
     @ti.kernel
     def collect(self, w: ti.i32):

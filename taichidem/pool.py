@@ -39,7 +39,7 @@ def engine_for(scenes: Sequence[Scene], schedule: str) -> tuple[Engine, Exchange
             oldest.arena.destroy()
         lanes = CPU_LANES if runtime.start().arch == "cpu" else 1
         engine = Engine(
-            tuple(scenes[0].model.effects),
+            tuple(scenes[0].model.acting().effects),
             sizes,
             single,
             kinds,

@@ -8,7 +8,7 @@ itself, so it behaves the same alone and among others.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from taichidem.bodies import Bodies
 from taichidem.errors import InputError, TaichidemError
 from taichidem.insertion import Region, fill_at_random, place_at_random
 from taichidem.materials import Material
-from taichidem.simulation import Simulation, Snapshot
+from taichidem.simulation import Simulation, Snapshot, WallState
 
 Procedure = Generator[float, None, None]
 
@@ -30,6 +30,7 @@ class World:
     simulation: Simulation
     number: int
     rng: np.random.Generator
+    record: dict[str, list] = field(default_factory=dict)  # what the procedure wrote down, by name
     progress: float = 0.0  # share of the procedure that is done
     failure: str | None = None  # why its procedure ended early
 
@@ -40,6 +41,25 @@ class World:
     def snapshot(self) -> Snapshot:
         """Return the bodies now."""
         return self.simulation.snapshot(self.number)
+
+    def note(self, **values: object) -> None:
+        """Write values down, each at the end of the list of its name."""
+        for name, value in values.items():
+            self.record.setdefault(name, []).append(value)
+
+    def wall(self, name: str) -> WallState:
+        """Return where a wall is and what the grains do to it."""
+        return self.simulation.wall(name, self.number)
+
+    def move_wall(
+        self, name: str, *, velocity: Sequence[float] | None = None, spin: Sequence[float] | None = None
+    ) -> None:
+        """Give a wall another velocity [m/s] or spin [rad/s]."""
+        self.simulation.move_wall(name, velocity=velocity, spin=spin, world=self.number)
+
+    def remove_wall(self, name: str) -> None:
+        """Take a wall away now."""
+        self.simulation.remove_wall(name, world=self.number)
 
     @property
     def time(self) -> float:
@@ -54,20 +74,44 @@ class World:
 
 @dataclass(frozen=True)
 class Grain:
-    """A spherical grain: radius [m], material and its number in the model."""
+    """Spherical grains of one material, of one size or of several sizes in equal numbers.
+
+    Args:
+        radius: nominal [m]; that of a grain of the mean volume.
+        material: of the grains.
+        number: of the material in the model.
+        relative_sizes: radii over the nominal one.
+    """
 
     radius: float
     material: Material
     number: int
+    relative_sizes: tuple[float, ...] = (1.0,)
 
     @property
     def mass(self) -> float:
-        """m = 4/3 π ρ R³ [kg]."""
+        """m = 4/3 π ρ R³ [kg], the mean mass."""
         return 4 / 3 * np.pi * self.material.density * self.radius**3
 
-    def spheres(self, centres: np.ndarray, velocity: tuple[float, float, float]) -> Bodies:
+    @property
+    def largest_radius(self) -> float:
+        """Radius of the largest grains [m]."""
+        return self.radius * max(self.relative_sizes)
+
+    @property
+    def smallest_radius(self) -> float:
+        """Radius of the smallest grains [m]."""
+        return self.radius * min(self.relative_sizes)
+
+    def radii(self, rng: np.random.Generator, count: int) -> np.ndarray:
+        """Return the radii of `count` grains [m]: as many of each size as can be, in random order."""
+        if len(self.relative_sizes) == 1:
+            return np.full(count, self.radius * self.relative_sizes[0])
+        return self.radius * rng.permutation(np.resize(self.relative_sizes, count))
+
+    def spheres(self, centres: np.ndarray, radii: np.ndarray, velocity: tuple[float, float, float]) -> Bodies:
         """Return such grains at the given centres [m]."""
-        return Bodies.spheres(centres, self.radius, self.material.density, material=self.number, velocity=velocity)
+        return Bodies.spheres(centres, radii, self.material.density, material=self.number, velocity=velocity)
 
 
 def pour(
@@ -90,16 +134,20 @@ def pour(
         raise InputError(
             f"batch_interval is {batch_interval:g} s, below the time step of {step:g} s. Take a longer one."
         )
+    waiting = grain.radii(world.rng, count)
     done = 0
     began = placed_at = world.time
     while done < count:
         due = min(count, int(np.floor((world.time - began) * rate + rate * batch_interval + 1e-9)))
         present = world.snapshot()
-        centres = place_at_random(world.rng, region, due - done, grain.radius, present.position, present.radius)
-        if len(centres):
-            world.insert(grain.spheres(centres, velocity))
-            done += len(centres)
-        if len(centres) or due == done:
+        radii = waiting[: due - done]
+        centres = place_at_random(world.rng, region, radii, present.position, present.radius)
+        placed = np.isfinite(centres[:, 0])
+        if np.any(placed):
+            world.insert(grain.spheres(centres[placed], radii[placed], velocity))
+            waiting = np.concatenate([radii[~placed], waiting[due - done :]])
+            done += int(np.count_nonzero(placed))
+        if np.any(placed) or due == done:
             placed_at = world.time
         if due - done > 20 * rate * batch_interval + 20 or world.time - placed_at > LONGEST_WAIT:
             raise InputError(
@@ -119,8 +167,10 @@ def rain(
         InputError: the region is too small for so many.
     """
     present = world.snapshot()
-    centres = fill_at_random(world.rng, region, count, grain.radius, present.position, present.radius)
-    world.insert(grain.spheres(centres, velocity))
+    # Large grains look for a place first; the small ones find theirs between them.
+    radii = np.sort(grain.radii(world.rng, count))[::-1]
+    centres = fill_at_random(world.rng, region, radii, present.position, present.radius)
+    world.insert(grain.spheres(centres, radii, velocity))
 
 
 def settle(

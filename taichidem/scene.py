@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taichidem.bodies import Bodies
-from taichidem.effects.base import ContactEffect, Effect
+from taichidem.effects.base import ContactEffect, Effect, SetupEffect
+from taichidem.effects.body_gravity import BodyGravity
 from taichidem.effects.law import check_composition
 from taichidem.errors import InputError, unknown_name
 from taichidem.materials import Material, MaterialPair, rayleigh_time_step
@@ -65,6 +66,28 @@ class Model:
     def pairs(self) -> list[MaterialPair]:
         """Return every ordered pair of materials, row by row."""
         return [MaterialPair(a, b) for a in self.materials for b in self.materials]
+
+    def relative_sizes(self) -> tuple[float, ...]:
+        """Return the radii of grains over their nominal radius, in equal numbers."""
+        sizes = [s for e in self.effects if isinstance(e, SetupEffect) and (s := e.relative_sizes()) != (1.0,)]
+        return sizes[0] if sizes else (1.0,)
+
+    def acting(self) -> Model:
+        """Return the model as it acts in the apparatus: set-up effects have changed what they change, and are gone."""
+        changes = [e for e in self.effects if isinstance(e, SetupEffect)]
+        kept = [e for e in self.effects if not isinstance(e, SetupEffect)]
+        for k, effect in enumerate(kept):
+            if isinstance(effect, BodyGravity):
+                field = np.array([effect.value(axis) for axis in "xyz"])
+                for change in changes:
+                    field = change.gravity(field)
+                kept[k] = BodyGravity(**dict(zip("xyz", field.tolist(), strict=True)))
+        return Model(self.materials, kept)
+
+    def without_gravity(self) -> Model:
+        """Return a copy in which nothing falls; it runs on the same compiled law."""
+        none = BodyGravity(x=0.0, y=0.0, z=0.0)
+        return Model(self.materials, [none if isinstance(e, BodyGravity) else e for e in self.effects])
 
     def reach(self) -> float:
         """Return the largest gap [m] at which an effect acts."""

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from taichidem import runtime
 from taichidem.bodies import Bodies
-from taichidem.errors import InputError, SimulationError
+from taichidem.errors import InputError, SimulationError, unknown_name
 from taichidem.scene import Scene
+from taichidem.walls import Motion, Wall
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,27 @@ class Snapshot:
     left: int
     rebuilds: int
 
+
+@dataclass(frozen=True)
+class WallState:
+    """A wall now.
+
+    Attributes:
+        centre: of its motion [m].
+        velocity: of that centre [m/s].
+        spin: [rad/s].
+        force: of the grains on the wall [N], (3,), as of the last step.
+        torque: of the grains on the wall about its centre [N m], (3,).
+    """
+
+    centre: np.ndarray
+    velocity: np.ndarray
+    spin: np.ndarray
+    force: np.ndarray
+    torque: np.ndarray
+
+
+_COLUMN = {"centre": "origin"}  # columns that the table of walls calls otherwise
 
 MOST_STEPS = 2_000_000_000  # counters in kernels are 32 bits wide
 
@@ -185,6 +207,63 @@ class Simulation:
             rebuilds=int(row["rebuilds"]),
             **arrays,  # type: ignore[arg-type]
         )
+
+    def wall(self, name: str, world: int = 0) -> WallState:
+        """Return where a wall is, how it moves and what the grains do to it.
+
+        Raises:
+            InputError: no wall of that name, or several.
+        """
+        row = self._engine.access["walls"].read_row(self._wall_number(name, world)[0])
+        return WallState(**{f.name: row[_COLUMN.get(f.name, f.name)] for f in fields(WallState)})
+
+    def move_wall(
+        self,
+        name: str,
+        *,
+        velocity: Sequence[float] | None = None,
+        spin: Sequence[float] | None = None,
+        world: int = 0,
+    ) -> None:
+        """Give a wall another velocity [m/s] or spin [rad/s] about the centre of its motion; what is left out stays.
+
+        Raises:
+            InputError: no wall of that name, several, or numbers that are not finite.
+        """
+        number, wall = self._wall_number(name, world)
+        access = self._engine.access["walls"]
+        row = access.read_row(number)
+        held = Motion(
+            velocity=tuple(row["velocity"] if velocity is None else velocity),
+            spin=tuple(row["spin"] if spin is None else spin),
+            centre=wall.motion.centre,
+        )
+        turning = replace(wall, motion=held)
+        extent = turning.extent() if any(held.spin) else 0.0
+        moves = int(held.moves or row["inverse_mass"] > 0)
+        row |= {"velocity": held.velocity, "spin": held.spin, "extent": extent, "moves": moves}
+        access.write(number, [row])
+
+    def remove_wall(self, name: str, *, world: int = 0) -> None:
+        """Take a wall away now, at once.
+
+        Raises:
+            InputError: no wall of that name, or several.
+        """
+        number, _ = self._wall_number(name, world)
+        access = self._engine.access["walls"]
+        access.write(number, [access.read_row(number) | {"removed_at": self.time(world)}])
+
+    def _wall_number(self, name: str, world: int) -> tuple[int, Wall]:
+        """Return the row of a world's wall in the table of walls, and the wall as it was given."""
+        first = int(self._world(world)["first_wall"])
+        names = [wall.name for wall in self.scenes[world].walls]
+        if names.count(name) != 1:
+            if name in names:
+                raise InputError(f"{names.count(name)} walls are named {name!r}; give each a name of its own.")
+            raise unknown_name("wall", name, filter(None, names))
+        number = names.index(name)
+        return first + number, self.scenes[world].walls[number]
 
     def kinetic_energy(self, world: int = 0) -> float:
         """Return the kinetic energy of a world [J]."""

@@ -138,6 +138,11 @@ _WALL = {
     "third_row": vec3,
     "extent": ti.f64,
     "removed_at": ti.f64,
+    "force": vec3,  # [N] of the grains on the wall, as of the last evaluation
+    "torque": vec3,  # [N m] about the centre of its motion
+    "load": ti.f64,  # [N] along `guide`, for a wall that is pushed instead of told its speed
+    "guide": vec3,
+    "inverse_mass": ti.f64,  # [1/kg] 0 for a wall that moves as it is told
     "material": ti.i32,
     "moves": ti.i32,
     "turned": ti.i32,

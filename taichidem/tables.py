@@ -45,6 +45,13 @@ class TableAccess:
         self._read(row, array)
         return {n: array[0, s] for n, s, w in zip(self.names, self.starts, self.widths, strict=True) if w == 1}
 
+    def read_row(self, row: int) -> dict[str, Any]:
+        """Return every column of a row, vectors as arrays; `write` takes it back."""
+        array = np.zeros((1, self.width))
+        self._read(row, array)
+        spans = zip(self.names, self.starts, self.widths, strict=True)
+        return {n: array[0, s] if w == 1 else array[0, s : s + w].copy() for n, s, w in spans}
+
     def read_all(self, rows: int) -> dict[str, np.ndarray]:
         """Return the one-number columns of the first rows."""
         array = np.zeros((rows, self.width))

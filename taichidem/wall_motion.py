@@ -23,6 +23,7 @@ class WallMotion(OnTables):
         first = self.worlds[w].first_wall
         fastest = 0.0
         for k in range(first, first + self.worlds[w].walls):
+            self._push(k, dt)
             if self.walls[k].moves == 1:
                 wall = self.walls[k]
                 self.walls[k].origin = wall.origin + dt * wall.velocity
@@ -42,6 +43,35 @@ class WallMotion(OnTables):
                     self.walls[k].turned = 1
                 fastest = ti.max(fastest, wall.velocity.norm() + rate * wall.extent)
         self.worlds[w].wall_travel = self.worlds[w].wall_travel + fastest * dt
+
+    @ti.func
+    def _push(self, k, dt):
+        """Let load and grains accelerate a loaded wall along its guide, and empty the sum of the grains' forces."""
+        wall = self.walls[k]
+        push = wall.load + wall.force.dot(wall.guide)
+        self.walls[k].velocity = wall.velocity + (dt * wall.inverse_mass * push) * wall.guide
+        self.walls[k].force = vec3(0.0)
+        self.walls[k].torque = vec3(0.0)
+
+    @ti.func
+    def forget_forces(self, w):
+        """Empty what a world's walls feel, before an evaluation that no motion comes before."""
+        first = self.worlds[w].first_wall
+        for k in range(first, first + self.worlds[w].walls):
+            self.walls[k].force = vec3(0.0)
+            self.walls[k].torque = vec3(0.0)
+
+    @ti.func
+    def arm(self, element, point):
+        """Return the vector from the centre of a wall's motion to a world point [m]."""
+        return point - self.walls[self.wall_elements[element].wall].origin
+
+    @ti.func
+    def feel(self, element, force, torque):
+        """Add the reaction of a grain to what its wall feels; one thread per world may call this."""
+        wall = self.wall_elements[element].wall
+        self.walls[wall].force = self.walls[wall].force - force
+        self.walls[wall].torque = self.walls[wall].torque - torque
 
     @ti.func
     def _turn(self, axis, angle):

@@ -10,10 +10,14 @@ SMALL = {
     "stream_bottom": 0.024,
     "stream_top": 0.06,
     "stream_rate": 2000.0,
+    "batch_interval": 0.02,
     "drop_velocity": 0.4,
     "particles": 800,
     "settle_time": 0.15,
     "longest_settle_time": 0.25,
+    "method": "rings",
+    "fit_from": 0.4,
+    "fit_to": 0.92,
 }
 
 # The same as a user would type it, some with units.
@@ -25,8 +29,12 @@ SMALL_TYPED = [
     "stream_bottom=24 mm",
     "stream_top=60 mm",
     "stream_rate=2000 1/s",
+    "batch_interval=20 ms",
     "drop_velocity=0.4 m/s",
     "particles=800",
     "settle_time=150 ms",
     "longest_settle_time=0.25",
+    "method=rings",
+    "fit_from=0.4",
+    "fit_to=0.92",
 ]

@@ -10,7 +10,7 @@ import pytest
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
 from taichidem.errors import InputError
 from taichidem.experiments import FixedFunnel
-from taichidem.library import polypropylene
+from taichidem.library import PAPER_HEAP, polypropylene
 from taichidem.simulation import Snapshot
 from tests.small_heap import SMALL
 
@@ -23,8 +23,16 @@ def heaps():
     return FixedFunnel(**SMALL).run(polypropylene(), [1, 2], report=SHARES.append)
 
 
-def test_defaults_are_the_papers_heap():
+def test_defaults_are_the_heap_of_the_bench():
     s = FixedFunnel().settings
+    assert (s.diameter, s.cup_radius, s.rim_height, s.particles) == (0.006, 0.042, 0.018, 900)
+    assert (s.stream_radius, s.stream_bottom, s.stream_top, s.drop_velocity) == (0.015, 0.096, 0.18, 0.5)
+    assert (s.stream_rate, s.batch_interval, s.settle_time, s.longest_settle_time) == (400.0, 0.06, 1.3, None)
+    assert (s.method, s.fit_from, s.fit_to) == ("sectors", 0.15, 0.95)
+
+
+def test_the_papers_heap():
+    s = FixedFunnel(**PAPER_HEAP).settings
     assert (s.diameter, s.cup_radius, s.rim_height) == (0.006, 0.05, 0.03)
     assert (s.stream_radius, s.stream_bottom, s.stream_top, s.drop_velocity) == (0.015, 0.065, 0.105, 0.3)
     assert (s.particles, s.stream_rate, s.batch_interval, s.settle_time) == (2500, 600.0, 0.02, 0.6)
@@ -46,7 +54,7 @@ def test_settings_take_numbers_and_texts_with_units():
         ({"cup_radius": -1}, r"fixed_funnel\.cup_radius is -1\.0 \[m\]: Input should be greater than 0\."),
         ({"cup_radius": "50 kg"}, r"cup_radius is '50 kg'.* kilogram.*converts to m"),
         ({"particles": 0}, r"fixed_funnel\.particles is 0 .*greater than or equal to 1"),
-        ({"stream_bottom": 0.02}, r"the stream must lie above the rim: rim_height < stream_bottom < stream_top"),
+        ({"stream_bottom": 0.01}, r"the stream must lie above the rim: rim_height < stream_bottom < stream_top"),
         ({"fit_from": 0.9, "fit_to": 0.5}, "fit_to must be above fit_from"),
         ({"stream_radius": 0.06}, "stream_radius must not exceed cup_radius"),
         ({"method": "squares"}, r"fixed_funnel\.method is 'squares' .*'rings' or 'sectors'"),
@@ -61,7 +69,7 @@ def test_bad_settings_that_need_the_model_are_refused():
     with pytest.raises(InputError, match=r"Unknown material 'steal'\. Allowed: polypropylene, steel\..*'steel'"):
         FixedFunnel(wall_material="steal").scene(polypropylene())
     with pytest.raises(InputError, match="less than three grains"):
-        FixedFunnel(cup_radius=0.016).scene(polypropylene())
+        FixedFunnel(cup_radius=0.016, stream_radius=0.01).scene(polypropylene())
     with pytest.raises(InputError, match="2 models and 1 seeds"):
         FixedFunnel().run([polypropylene()] * 2, [1])
     with pytest.raises(InputError, match="0 seeds"):
@@ -125,7 +133,7 @@ def cone(angle_deg: float) -> Snapshot:
 @pytest.mark.parametrize("method", ["rings", "sectors"])
 def test_a_cone_of_known_slope_is_measured(angle, method):
     snapshot = cone(angle)
-    observables, details = FixedFunnel(method=method).measure(snapshot)
+    observables, details = FixedFunnel(**{**PAPER_HEAP, "method": method}).measure(snapshot, {})
     assert observables["angle_of_repose"] == pytest.approx(angle, abs=1.0)
     direct = measure_repose_profile(
         snapshot.position, snapshot.radius, 0.05, ProfileSettings(method=method, fit_from=0.4, fit_to=0.92)

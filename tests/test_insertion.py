@@ -22,6 +22,11 @@ SEEDS = st.integers(0, 2**32 - 1)
 COUNTS = st.integers(0, 60)
 
 
+def found(centres: np.ndarray) -> np.ndarray:
+    """Return the centres of the grains that found a place."""
+    return centres[np.isfinite(centres[:, 0])]
+
+
 def gaps_between(centres: np.ndarray) -> np.ndarray:
     return pdist(centres) if len(centres) > 1 else np.array([np.inf])
 
@@ -30,8 +35,9 @@ def gaps_between(centres: np.ndarray) -> np.ndarray:
 @given(SEEDS, RADII, COUNTS)
 def test_grains_in_a_cylinder_lie_inside_and_apart(seed, radius, count):
     region = CylinderRegion(1.0, 0.5, 2.5, centre=(3.0, -1.0))
-    x = place_at_random(np.random.default_rng(seed), region, count, radius, NONE, np.empty(0))
-    assert len(x) <= count
+    x = place_at_random(np.random.default_rng(seed), region, np.full(count, radius), NONE, np.empty(0))
+    assert len(x) == count
+    x = found(x)
     assert np.all(np.hypot(x[:, 0] - 3.0, x[:, 1] + 1.0) <= 1.0 - radius + 1e-12)
     assert np.all((x[:, 2] >= 0.5 + radius - 1e-12) & (x[:, 2] <= 2.5 - radius + 1e-12))
     assert gaps_between(x).min() >= 2 * radius
@@ -44,7 +50,8 @@ def test_grains_in_a_box_touch_nothing_that_is_there(seed, radius, count, presen
     region = BoxRegion((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0))
     there = rng.uniform((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), (present, 3))
     radii = np.linspace(0.5, 1.0, present) * present_radius
-    x = place_at_random(rng, region, count, radius, there, radii)
+    x = place_at_random(rng, region, np.full(count, radius), there, radii)
+    x = found(x)
     assert np.all((x >= np.add(region.lower, radius) - 1e-12) & (x <= np.subtract(region.upper, radius) + 1e-12))
     assert gaps_between(x).min() >= 2 * radius
     if len(x) and present:
@@ -57,10 +64,24 @@ def test_grains_in_a_box_touch_nothing_that_is_there(seed, radius, count, presen
 def test_the_same_seed_gives_the_same_places_and_another_one_others(seed):
     region = CylinderRegion(1.0, 0.0, 2.0)
     first, again, other = (
-        fill_at_random(np.random.default_rng(s), region, 30, 0.1, NONE, np.empty(0)) for s in (seed, seed, seed + 1)
+        fill_at_random(np.random.default_rng(s), region, np.full(30, 0.1), NONE, np.empty(0))
+        for s in (seed, seed, seed + 1)
     )
     assert np.array_equal(first, again)
     assert not np.array_equal(first, other)
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, st.lists(st.floats(0.05, 0.3), min_size=1, max_size=40))
+def test_grains_of_several_sizes_touch_neither_each_other_nor_the_border(seed, sizes):
+    region, radii = CylinderRegion(1.0, 0.0, 2.0), np.array(sizes)
+    x = place_at_random(np.random.default_rng(seed), region, radii, NONE, np.empty(0))
+    placed = np.isfinite(x[:, 0])
+    assert placed.any()
+    x, radii = x[placed], radii[placed]
+    assert np.all(np.hypot(x[:, 0], x[:, 1]) <= 1.0 - radii + 1e-12)
+    touching = np.add.outer(radii, radii)[np.triu_indices(len(radii), 1)]
+    assert np.all(pdist(x) >= touching) if len(x) > 1 else True
 
 
 def test_places_are_uniform_over_the_cross_section():
@@ -74,10 +95,10 @@ def test_places_are_uniform_over_the_cross_section():
 @pytest.mark.parametrize("region", [CylinderRegion(0.05, 0.0, 1.0), CylinderRegion(1.0, 0.0, 0.15)])
 def test_a_region_smaller_than_one_grain_is_refused(region):
     with pytest.raises(InputError, match=r"smaller than one grain of radius 0\.1 m\. Widen it\."):
-        fill_at_random(np.random.default_rng(1), region, 1, 0.1, NONE, np.empty(0))
+        fill_at_random(np.random.default_rng(1), region, np.array([0.1]), NONE, np.empty(0))
     box = BoxRegion((0.0, 0.0, 0.0), (1.0, 1.0, 0.15))
     with pytest.raises(InputError, match="smaller than one grain"):
-        fill_at_random(np.random.default_rng(1), box, 1, 0.1, NONE, np.empty(0))
+        fill_at_random(np.random.default_rng(1), box, np.array([0.1]), NONE, np.empty(0))
 
 
 def test_a_region_too_small_for_the_number_is_refused():
@@ -85,7 +106,7 @@ def test_a_region_too_small_for_the_number_is_refused():
     with pytest.raises(
         InputError, match=r"Only \d+ of 200 grains .* \d+ % of the region.*Enlarge the region or ask for"
     ):
-        fill_at_random(np.random.default_rng(1), region, 200, 0.1, NONE, np.empty(0))
+        fill_at_random(np.random.default_rng(1), region, np.full(200, 0.1), NONE, np.empty(0))
 
 
 GRAIN = Grain(0.003, Material("grain", 1000.0, 1e7, 0.3), 0)

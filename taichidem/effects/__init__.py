@@ -1,21 +1,33 @@
 """Physical effects, one per file: import it here and it is a force, a factor and a hypothesis."""
 
+from taichidem.effects.base_tilt import BaseTilt
 from taichidem.effects.body_gravity import BodyGravity
 from taichidem.effects.normal_hertz import NormalHertz
 from taichidem.effects.rolling_constant_torque import RollingConstantTorque
 from taichidem.effects.rolling_spring_dashpot import RollingSpringDashpot
+from taichidem.effects.size_spread import SizeSpread
 from taichidem.effects.tangential_mindlin import TangentialMindlin
 
 BUILT_IN = {
     effect.name: effect
-    for effect in (NormalHertz, TangentialMindlin, RollingConstantTorque, RollingSpringDashpot, BodyGravity)
+    for effect in (
+        NormalHertz,
+        TangentialMindlin,
+        RollingConstantTorque,
+        RollingSpringDashpot,
+        BodyGravity,
+        BaseTilt,
+        SizeSpread,
+    )
 }
 
 __all__ = [
     "BUILT_IN",
+    "BaseTilt",
     "BodyGravity",
     "NormalHertz",
     "RollingConstantTorque",
     "RollingSpringDashpot",
+    "SizeSpread",
     "TangentialMindlin",
 ]

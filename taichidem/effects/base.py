@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import ClassVar
 
+import numpy as np
+
 from taichidem.errors import InputError
 from taichidem.materials import MaterialPair
 
@@ -182,6 +184,22 @@ class ContactEffect(Effect):
     def wrench(self, p, c, m):  # type: ignore[no-untyped-def]
         """Return the Wrench on side i; `p` coefficients, `c` Contact, `m` this effect's memory."""
         raise NotImplementedError(f"{type(self).__name__} must define wrench(self, p, c, m) as a ti.func")
+
+
+class SetupEffect(Effect):
+    """A hypothesis about the set-up: what the grains are or how the apparatus stands, not a force in the kernel.
+
+    A subclass overrides what it changes. It is a factor and a hypothesis like any other effect, and at its vanishing value
+    it changes nothing.
+    """
+
+    def gravity(self, gravity: np.ndarray) -> np.ndarray:
+        """Return the acceleration of free fall in the frame of the apparatus, (3,) [m/s²]."""
+        return gravity
+
+    def relative_sizes(self) -> tuple[float, ...]:
+        """Return the radii of the grains over the nominal one, in equal numbers."""
+        return (1.0,)
 
 
 class BodyEffect(Effect):

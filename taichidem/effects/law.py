@@ -6,14 +6,14 @@ import taichi as ti
 
 from taichidem.arena import Arena
 from taichidem.contact import Wrench, vec3
-from taichidem.effects.base import BodyEffect, ContactEffect, Effect
+from taichidem.effects.base import BodyEffect, ContactEffect, Effect, SetupEffect
 from taichidem.errors import CompositionError
 
 
 def check_composition(effects: tuple[Effect, ...]) -> None:
     """Raise CompositionError when two effects exclude each other or one stands twice."""
     for effect in effects:
-        if not isinstance(effect, (ContactEffect, BodyEffect)):
+        if not isinstance(effect, (ContactEffect, BodyEffect, SetupEffect)):
             raise CompositionError(
                 f"{effect!r} is not an effect. Give instances such as NormalHertz(restitution=0.5), not classes."
             )

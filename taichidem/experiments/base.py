@@ -10,15 +10,24 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from taichidem.errors import InputError, TaichidemError, unknown_name
-from taichidem.procedure import Procedure, World, play
+from taichidem.procedure import Grain, Procedure, World, play
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Simulation, Snapshot
+from taichidem.units import Length, quantity
 
 
 class Settings(BaseModel):
     """Base of an experiment's settings: frozen, SI inside, texts with units accepted, unknown names refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class GranularSettings(Settings):
+    """What every test with grains lets one choose: their size, and which materials of the model are used."""
+
+    diameter: Length = quantity("m", "Diameter of the grains.", 0.006, gt=0)
+    grain_material: str = quantity("1", "Name of the grains' material; the model's first where empty.", "")
+    wall_material: str = quantity("1", "Name of the walls' material; the model's last where empty.", "")
 
 
 @dataclass(frozen=True)
@@ -68,6 +77,15 @@ class Experiment:
         except ValidationError as error:
             raise InputError(_explain(self, error)) from None
 
+    def grain(self, model: Model) -> Grain:
+        """Return the grains of the test, in the sizes that the model's set-up effects ask for."""
+        number = model.material_number(self.settings.grain_material or model.materials[0].name)
+        return Grain(self.settings.diameter / 2, model.materials[number], number, model.relative_sizes())
+
+    def wall_material(self, model: Model) -> str:
+        """Return the name of the walls' material."""
+        return self.settings.wall_material or model.materials[-1].name
+
     def scene(self, model: Model) -> Scene:
         """Return the apparatus with room for the grains."""
         raise NotImplementedError
@@ -76,8 +94,8 @@ class Experiment:
         """Yield the durations [s] that pass between the acts of the test."""
         raise NotImplementedError
 
-    def measure(self, snapshot: Snapshot) -> tuple[dict[str, float], dict[str, Any]]:
-        """Return the observables and further details of the end state."""
+    def measure(self, snapshot: Snapshot, record: Mapping[str, list]) -> tuple[dict[str, float], dict[str, Any]]:
+        """Return the observables and further details, from the end state and from what the procedure noted."""
         raise NotImplementedError
 
     def run(
@@ -111,7 +129,7 @@ class Experiment:
             return Outcome({}, seed, failure)
         snapshot = world.snapshot()
         try:
-            observables, details = self.measure(snapshot)
+            observables, details = self.measure(snapshot, world.record)
         except (TaichidemError, ValueError) as error:
             return Outcome({}, seed, f"The end state can't be measured: {error}", snapshot)
         return Outcome(observables, seed, None, snapshot, details)

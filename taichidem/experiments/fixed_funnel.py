@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -9,41 +10,41 @@ from pydantic import model_validator
 
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
 from taichidem.errors import InputError
-from taichidem.experiments.base import Experiment, Observable, Settings
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
 from taichidem.insertion import CylinderRegion
-from taichidem.procedure import Grain, Procedure, World, pour, settle
+from taichidem.procedure import Procedure, World, pour, settle
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot
 from taichidem.units import Duration, Length, Number, PerSecond, Speed, quantity
 from taichidem.walls import Wall, cup
 
 
-class FixedFunnelSettings(Settings):
-    """The paper's heap by default: 6 mm grains on a cup of 100 mm, rings averaged over the azimuth."""
+class FixedFunnelSettings(GranularSettings):
+    """A heap of 6 mm grains on a cup of 84 mm by default, averaged over eight sectors."""
 
-    diameter: Length = quantity("m", "Diameter of the grains.", 0.006, gt=0)
-    cup_radius: Length = quantity("m", "Inner radius of the cup.", 0.05, gt=0)
-    rim_height: Length = quantity("m", "Height of the rim above the cup's bottom.", 0.03, gt=0)
+    cup_radius: Length = quantity("m", "Inner radius of the cup.", 0.042, gt=0)
+    rim_height: Length = quantity("m", "Height of the rim above the cup's bottom.", 0.018, gt=0)
     stream_radius: Length = quantity(
         "m", "Radius of the cylinder in which grains appear, whole grains inside.", 0.015, gt=0
     )
-    stream_bottom: Length = quantity("m", "Lower end of that cylinder.", 0.065, gt=0)
-    stream_top: Length = quantity("m", "Upper end of that cylinder.", 0.105, gt=0)
-    stream_rate: PerSecond = quantity("1/s", "Grains per second.", 600.0, gt=0)
-    batch_interval: Duration = quantity("s", "Time between batches.", 0.02, gt=0)
-    drop_velocity: Speed = quantity("m/s", "Downward speed at which grains appear.", 0.3, ge=0)
-    particles: int = quantity("1", "Grains poured in all.", 2500, ge=1)
-    settle_time: Duration = quantity("s", "Shortest time to settle after the last grain.", 0.6, gt=0)
-    longest_settle_time: Duration = quantity(
-        "s", "Time after which the heap is measured even if grains still move.", 2.0, gt=0
+    stream_bottom: Length = quantity("m", "Lower end of that cylinder.", 0.096, gt=0)
+    stream_top: Length = quantity("m", "Upper end of that cylinder.", 0.18, gt=0)
+    stream_rate: PerSecond = quantity("1/s", "Grains per second.", 400.0, gt=0)
+    batch_interval: Duration = quantity("s", "Time between batches.", 0.06, gt=0)
+    drop_velocity: Speed = quantity("m/s", "Downward speed at which grains appear.", 0.5, ge=0)
+    particles: int = quantity("1", "Grains poured in all.", 900, ge=1)
+    settle_time: Duration = quantity("s", "Time to settle after the last grain.", 1.3, gt=0)
+    longest_settle_time: Duration | None = quantity(
+        "s",
+        "Where given, settling goes on until the grains are quiet, but no longer than this; where not, it ends on time.",
+        None,
+        gt=0,
     )
     method: Literal["rings", "sectors"] = quantity(
-        "1", "How the angle is averaged: rings over all azimuths, or eight sectors.", "rings"
+        "1", "How the angle is averaged: rings over all azimuths, or eight sectors.", "sectors"
     )
-    fit_from: Number = quantity("1", "Start of the fitted flank, share of the cup radius.", 0.4, ge=0, lt=1)
-    fit_to: Number = quantity("1", "End of the fitted flank, share of the cup radius.", 0.92, gt=0, le=1.5)
-    grain_material: str = quantity("1", "Name of the grains' material; the model's first where empty.", "")
-    wall_material: str = quantity("1", "Name of the cup's material; the model's last where empty.", "")
+    fit_from: Number = quantity("1", "Start of the fitted flank, share of the cup radius.", 0.15, ge=0, lt=1)
+    fit_to: Number = quantity("1", "End of the fitted flank, share of the cup radius.", 0.95, gt=0, le=1.5)
 
     @model_validator(mode="after")
     def _fits(self) -> FixedFunnelSettings:
@@ -51,7 +52,7 @@ class FixedFunnelSettings(Settings):
             raise ValueError("the stream must lie above the rim: rim_height < stream_bottom < stream_top")
         if self.fit_to <= self.fit_from:
             raise ValueError("fit_to must be above fit_from")
-        if self.longest_settle_time < self.settle_time:
+        if self.longest_settle_time is not None and self.longest_settle_time < self.settle_time:
             raise ValueError("longest_settle_time must not be below settle_time")
         if self.stream_radius > self.cup_radius:
             raise ValueError("stream_radius must not exceed cup_radius")
@@ -73,16 +74,10 @@ class FixedFunnel(Experiment):
     )
     settings_type: ClassVar[type[Settings]] = FixedFunnelSettings
 
-    def grain(self, model: Model) -> Grain:
-        """Return the grain that is poured."""
-        name = self.settings.grain_material or model.materials[0].name
-        number = model.material_number(name)
-        return Grain(self.settings.diameter / 2, model.materials[number], number)
-
     def walls(self, model: Model) -> tuple[Wall, ...]:
         """Return the cup: a tube and a bottom."""
         s = self.settings
-        return cup(s.cup_radius, s.rim_height, s.wall_material or model.materials[-1].name)
+        return cup(s.cup_radius, s.rim_height, self.wall_material(model))
 
     def scene(self, model: Model) -> Scene:
         s = self.settings
@@ -90,14 +85,16 @@ class FixedFunnel(Experiment):
             raise InputError(
                 f"cup_radius is {s.cup_radius:g} m, less than three grains of {s.diameter:g} m. Take a wider cup."
             )
+        grain = self.grain(model)
         wide = s.cup_radius + 8 * s.diameter
         return Scene(
             model=model,
             walls=self.walls(model),
             room=s.particles,
             domain=((-wide, -wide, -2 * s.diameter), (wide, wide, s.stream_top + s.diameter)),
-            largest_radius=s.diameter / 2,
-            grain_materials=(self.grain(model).material.name,),
+            largest_radius=grain.largest_radius,
+            smallest_radius=grain.smallest_radius,
+            grain_materials=(grain.material.name,),
         )
 
     def procedure(self, world: World, model: Model) -> Procedure:
@@ -108,9 +105,9 @@ class FixedFunnel(Experiment):
         pouring = s.particles / s.stream_rate
         share = pouring / (pouring + s.settle_time)
         yield from pour(world, grain, region, s.particles, s.stream_rate, s.batch_interval, drop, (0.0, share))
-        yield from settle(world, grain, at_least=s.settle_time, at_most=s.longest_settle_time)
+        yield from settle(world, grain, at_least=s.settle_time, at_most=s.longest_settle_time or s.settle_time)
 
-    def measure(self, snapshot: Snapshot) -> tuple[dict[str, float], dict[str, Any]]:
+    def measure(self, snapshot: Snapshot, record: Mapping[str, list]) -> tuple[dict[str, float], dict[str, Any]]:
         s = self.settings
         kept = snapshot.position[:, 2] > 0
         report = measure_repose_profile(

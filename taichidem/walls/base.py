@@ -55,20 +55,33 @@ class Motion:
         velocity: of the centre [m/s].
         spin: angular velocity about the centre [rad/s].
         centre: the point it turns about [m], which moves with `velocity`.
+        load: force [N] that pushes the wall; it then slides freely along the load's direction, as a weight in a guide
+            does, and keeps its `velocity` across it.
+        mass: of a loaded wall [kg]; any other wall moves as it is told and needs none.
+
+    Raises:
+        InputError: a load without a mass, or a mass without a load.
     """
 
     velocity: Vector = (0.0, 0.0, 0.0)
     spin: Vector = (0.0, 0.0, 0.0)
     centre: Vector = (0.0, 0.0, 0.0)
+    load: Vector = (0.0, 0.0, 0.0)
+    mass: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("velocity", "spin", "centre"):
+        for name in ("velocity", "spin", "centre", "load"):
             finite_vector(f"Motion.{name}", getattr(self, name))
+        if any(self.load) != (self.mass > 0 and math.isfinite(self.mass)):
+            raise InputError(
+                f"Motion.load is {self.load!r} and Motion.mass {self.mass!r}; a loaded wall needs both, its mass a finite "
+                "number above 0 [kg], and any other wall neither."
+            )
 
     @property
     def moves(self) -> bool:
         """True if anything changes with time."""
-        return any(self.velocity) or any(self.spin)
+        return any(self.velocity) or any(self.spin) or any(self.load)
 
 
 @dataclass(frozen=True, kw_only=True)

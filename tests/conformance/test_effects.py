@@ -15,7 +15,7 @@ from taichidem.effects import (
     RollingSpringDashpot,
     TangentialMindlin,
 )
-from taichidem.effects.base import BodyEffect, ContactEffect, Stage
+from taichidem.effects.base import BodyEffect, ContactEffect, SetupEffect, Stage
 from taichidem.effects.law import Law
 from taichidem.errors import CompositionError, InputError
 from taichidem.materials import Material, MaterialPair
@@ -141,7 +141,7 @@ def test_declaration_is_complete(kind):
         assert p.default is None or p.low <= p.default <= p.high
     names = [p.name for p in kind.parameters]
     assert len(set(names)) == len(names)
-    assert issubclass(kind, (ContactEffect, BodyEffect))
+    assert issubclass(kind, (ContactEffect, BodyEffect, SetupEffect))
     effect = kind(**{p.name: sum(p.plausible) / 2 for p in kind.parameters})
     if issubclass(kind, ContactEffect):
         assert kind.stage in Stage
@@ -149,7 +149,7 @@ def test_declaration_is_complete(kind):
         assert set(given) == set(kind.coefficients)
         assert all(math.isfinite(v) for v in given.values())
         assert len({m.name for m in kind.memory}) == len(kind.memory)
-    else:
+    elif issubclass(kind, BodyEffect):
         assert set(effect.kernel_coefficients()) == set(effect.coefficients)
 
 

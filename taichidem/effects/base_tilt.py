@@ -1,0 +1,55 @@
+"""An apparatus that stands out of level."""
+
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from taichidem.effects.base import Parameter, SetupEffect
+
+
+class BaseTilt(SetupEffect):
+    """A base out of level: in the frame of the apparatus gravity leans towards an azimuth.
+
+    g′ = g (sin θ cos φ, sin θ sin φ, −cos θ) for gravity g along −z, and the same rotation for any other direction
+
+    Expected behaviour: a one-sided slope such as a ledge or a drum reads the tilt nearly one to one; a heap that is
+    averaged over all azimuths, a density and a discharge hardly notice it.
+    """
+
+    name: ClassVar[str] = "base_tilt"
+    title: ClassVar[str] = "Apparatus out of level"
+    family: ClassVar[str] = "base_tilt"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            name="angle",
+            unit="deg",
+            low=0.0,
+            high=45.0,
+            plausible=(0.0, 3.0),
+            vanishing=0.0,
+            per_pair=False,
+            meaning="Angle between the apparatus' axis and the vertical.",
+        ),
+        Parameter(
+            name="azimuth",
+            unit="deg",
+            low=-360.0,
+            high=360.0,
+            plausible=(-180.0, 180.0),
+            default=0.0,
+            per_pair=False,
+            meaning="Horizontal direction towards which things lean, from x towards y.",
+        ),
+    )
+    visible_as: ClassVar[str] = "slopes on one side steeper, on the other flatter; averaged heaps stay as they are"
+    source: ClassVar[str] = "rigid rotation of the field of gravity"
+
+    def gravity(self, gravity: np.ndarray) -> np.ndarray:
+        angle, azimuth = math.radians(self.value("angle")), math.radians(self.value("azimuth"))
+        if angle == 0.0:
+            return gravity
+        lean = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
+        axis = np.cross([0.0, 0.0, -1.0], lean)  # turning −z about it leads towards the lean
+        along = axis * (axis @ gravity)
+        return along + math.cos(angle) * (gravity - along) + math.sin(angle) * np.cross(axis, gravity)
