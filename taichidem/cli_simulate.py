@@ -35,6 +35,8 @@ def simulate(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder for result.json and grains as VTK.")
     ] = None,
+    picture: Annotated[Path | None, typer.Option(help="Draw the first seed's run to this PNG.")] = None,
+    movie: Annotated[Path | None, typer.Option(help="Write the first seed's run to this animated GIF.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")] = False,
 ) -> None:
     """Run an experiment on the polypropylene model and print what it measures.
@@ -54,7 +56,9 @@ def simulate(
     test = plugins.get("experiment", experiment)(**dict(_split(text) for text in setting or []))
     with progress(quiet=as_json) as report:
         report("simulating", 0.0)
-        outcomes = test.run(model, numbers, report=lambda share: report("simulating", share))
+        frames = 0.05 if picture or movie else None
+        outcomes = test.run(model, numbers, report=lambda share: report("simulating", share), frames=frames)
+    _draw(test, model, outcomes[0], picture, movie)
     result = {
         "experiment": test.name,
         "units": {o.name: o.unit for o in test.observables},
@@ -71,6 +75,17 @@ def simulate(
             typer.echo(f"wrote {folder}")
     if all(o.failure for o in outcomes):
         raise typer.Exit(1)
+
+
+def _draw(test: Any, model: Any, outcome: Any, picture: Path | None, movie: Path | None) -> None:
+    if picture is None and movie is None:
+        return
+    from taichidem import render_experiment
+
+    if picture is not None:
+        render_experiment.picture(test, model, outcome, picture)
+    if movie is not None:
+        render_experiment.movie(test, model, outcome, movie)
 
 
 def _table(test: Any, outcomes: list) -> Table:

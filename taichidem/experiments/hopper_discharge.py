@@ -66,6 +66,7 @@ class HopperDischarge(Experiment):
         Observable("mass_flow_rate", "g/s", "Mass that leaves the open outlet per time."),
     )
     settings_type: ClassVar[type[Settings]] = HopperDischargeSettings
+    shown_at: ClassVar[float] = 0.8
 
     def _cone_height(self) -> float:
         s = self.settings

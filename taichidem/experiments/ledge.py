@@ -59,6 +59,7 @@ class Ledge(Experiment):
         Observable("angle_of_repose", "deg", "Slope of the surface that stays behind the edge."),
     )
     settings_type: ClassVar[type[Settings]] = LedgeSettings
+    view: ClassVar[tuple[float, float]] = (-65.0, 20.0)
 
     def walls(self, model: Model) -> tuple[Wall, ...]:
         """Return the floor, which ends with the box, and four upright walls, of which the front one will go."""

@@ -67,6 +67,7 @@ class LiftingCylinder(Experiment):
         Observable("run_out_radius", "m", "Radius of the heap's base, as of a cone that holds nine tenths as it does."),
     )
     settings_type: ClassVar[type[Settings]] = LiftingCylinderSettings
+    shown_at: ClassVar[float] = 0.75
 
     def _rain_top(self) -> float:
         s = self.settings

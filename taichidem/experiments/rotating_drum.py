@@ -63,6 +63,7 @@ class RotatingDrum(Experiment):
         Observable("dynamic_angle_of_repose", "deg", "Slope of the flowing surface, mean of all frames."),
     )
     settings_type: ClassVar[type[Settings]] = RotatingDrumSettings
+    view: ClassVar[tuple[float, float]] = (-75.0, 8.0)
 
     def walls(self, model: Model) -> tuple[Wall, ...]:
         """Return the cylinder about the y axis and its two ends; all of it turns later."""

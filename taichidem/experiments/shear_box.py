@@ -84,6 +84,7 @@ class ShearBox(Experiment):
     title: ClassVar[str] = "Direct shear in a box of two halves"
     imitates: ClassVar[str] = "direct shear box, as ASTM D3080"
     settings_type: ClassVar[type[Settings]] = ShearBoxSettings
+    view: ClassVar[tuple[float, float]] = (-70.0, 14.0)
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
@@ -198,4 +199,5 @@ class ShearBox(Experiment):
         }
         kept = ("normal_stress_pa", "stress_on_plane_pa")
         tests = [{name: o.details[name] for name in kept} | dict(o.observables) for o in outcomes]
-        return Outcome(values, outcomes[0].seed, None, outcomes[0].snapshot, {"tests": tests})
+        first = outcomes[0]
+        return Outcome(values, first.seed, None, first.snapshot, {"tests": tests}, first.frames)
