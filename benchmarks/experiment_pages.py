@@ -1,4 +1,4 @@
-"""Write docs/experiments.md and its pictures: `python -m benchmarks.experiment_pages [--pictures]`.
+"""Write docs/experiments.md and its pictures: `python -m benchmarks.experiment_pages [--pictures [NAME ...]]`.
 
 The page is made from what the experiments declare, and a test holds it to that; the pictures need a run of each.
 """
@@ -23,7 +23,7 @@ takes part in set-up effects: `size_spread` changes its grains, `base_tilt` its 
 taichidem simulate rotating_drum --set speed='20 rpm' --seeds 1,2 --picture drum.png --movie drum.gif
 ```
 
-In the pictures colour is speed, walls are glass.
+Walls are drawn as glass; colour is speed, or height where the grains rest.
 """
 SPECIAL = {"free_fall": {"release_height": 0.3, "time": 0.6, "floor": True}, "shear_box": {"normal_stresses": 2000.0}}
 INTERVALS = {"rebound": 2e-4, "free_fall": 0.02}  # [s] between frames
@@ -74,11 +74,12 @@ def pictures() -> None:
     from taichidem.render_experiment import FRAME_INTERVAL, picture
 
     model = polypropylene(rolling_friction=0.0)
-    for name, kind in BUILT_IN.items():
+    wanted = [name for name in sys.argv[1:] if name in BUILT_IN] or list(BUILT_IN)
+    for name, kind in ((name, BUILT_IN[name]) for name in wanted):
         experiment = kind(**SPECIAL.get(name, {}))
         outcome = experiment.run(model, [1], frames=INTERVALS.get(name, FRAME_INTERVAL))[0]
-        shot = picture(experiment, model, outcome, size=(720, 576))
-        Image.fromarray(shot).quantize(128).save(DOCS / "pictures" / f"experiment_{name}.png", optimize=True)
+        shot = picture(experiment, model, outcome, size=(700, 560))
+        Image.fromarray(shot).quantize(200, method=Image.Quantize.MAXCOVERAGE).save(DOCS / "pictures" / f"experiment_{name}.png", optimize=True)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Pictures and movies of an experiment: its apparatus as glass, its grains coloured by speed."""
+"""Pictures and movies of an experiment: its apparatus as glass, its grains coloured by speed, or by height once they rest."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from taichidem.scene import Model
 
 FRAME_INTERVAL = 0.05  # [s] between frames, where nothing else is asked for
 FRAMES_PER_SECOND = 12.5  # of a movie; browsers show GIFs in steps of 10 ms
-ABOVE = 0.15  # room above the highest grain up to which walls are drawn, of the grains' height
+ABOVE = 0.5  # room above the highest grain up to which walls are drawn, of the grains' height
+AT_REST = 0.01  # [m/s]
 USUAL_SIZE = (900, 720)
-MOVIE_SIZE = (540, 432)
+MOVIE_SIZE = (720, 576)
 
 
 def picture(
@@ -72,7 +73,7 @@ def movie(
     if len(frames) < 2:
         raise InputError("A movie needs at least two frames; run the experiment with frames=0.05, say.")
     shots = _draw(experiment, model, frames, size)
-    palette = Image.fromarray(np.concatenate([shots[0], shots[-1]])).quantize(255)
+    palette = Image.fromarray(np.concatenate([shots[0], shots[-1]])).quantize(255, method=Image.Quantize.MAXCOVERAGE)
     images = [Image.fromarray(shot).quantize(palette=palette, dither=Image.Dither.NONE) for shot in shots]
     try:
         images[0].save(target, save_all=True, append_images=images[1:], duration=1000 / FRAMES_PER_SECOND, loop=0)
@@ -97,23 +98,32 @@ def _draw(
     """Return one picture a frame, all with one camera and one range of colours."""
     surfaces = [_surfaces(experiment, model, frame, _top(frames)) for frame in frames]
     bounds = _bounds(frames, surfaces)
-    speeds = [np.linalg.norm(frame.snapshot.velocity, axis=1) for frame in frames]
-    fastest = max(0.01, float(np.quantile(np.concatenate(speeds), 0.98)))
+    name, values, limits = _shown(frames)
     look = HeapLook(azimuth_deg=experiment.view[0], elevation_deg=experiment.view[1], size=size)
     return [
         heap_picture(
             frame.snapshot.position,
             frame.snapshot.radius,
-            values=speed,
-            value_name="speed [m/s]",
+            values=value,
+            value_name=name,
             walls=walls,
             look=look,
-            limits=(0.0, fastest),
+            limits=limits,
             bounds=bounds,
             path=path,
         )
-        for frame, speed, walls in zip(frames, speeds, surfaces, strict=True)
+        for frame, value, walls in zip(frames, values, surfaces, strict=True)
     ]
+
+
+def _shown(frames: Sequence[Frame]) -> tuple[str, list[NDArray[np.float64]], tuple[float, float]]:
+    """Return name, values and limits of what colours the grains; the fastest two in a hundred share the last colour."""
+    speeds = [np.linalg.norm(frame.snapshot.velocity, axis=1) for frame in frames]
+    fastest = float(np.quantile(np.concatenate(speeds), 0.98))
+    if fastest > AT_REST:
+        return "speed [m/s]", speeds, (0.0, fastest)
+    heights = [1e3 * frame.snapshot.position[:, 2] for frame in frames]
+    return "height [mm]", heights, (min(h.min() for h in heights), max(h.max() for h in heights))
 
 
 def _top(frames: Sequence[Frame]) -> float:
