@@ -9,6 +9,7 @@ import numpy as np
 
 from taichidem import runtime
 from taichidem.bodies import Bodies
+from taichidem.effects.base import ContactEffect
 from taichidem.errors import InputError, SimulationError, unknown_name
 from taichidem.scene import Scene
 from taichidem.walls import Motion, Wall
@@ -24,6 +25,7 @@ class Snapshot:
         orientation: quaternions (w, x, y, z), (n, 4); identity for single spheres, which need none.
         mass, radius: (n,).
         identity: number given at insertion, (n,).
+        carried: what each body holds of an effect's amount, such as liquid [m³], (n,); zero where no effect has one.
         kinetic_energy: of motion and rotation [J].
         left: bodies that left the domain so far.
         rebuilds: neighbour lists built so far.
@@ -39,6 +41,7 @@ class Snapshot:
     mass: np.ndarray
     radius: np.ndarray
     identity: np.ndarray
+    carried: np.ndarray
     kinetic_energy: float
     left: int
     rebuilds: int
@@ -151,6 +154,9 @@ class Simulation:
                 f"World {world} has room for {int(row['element_capacity'])} elements, of which {int(row['elements'])} are "
                 f"taken; {len(bodies.element_body)} more were given. Raise `room` of the scene."
             )
+        for effect in self.scenes[world].model.effects:
+            if isinstance(effect, ContactEffect) and effect.carries:
+                self._exchange.give(world, effect.initial_amounts(bodies.mass, bodies.radius))
         self._exchange.insert(world, bodies, self._inserted[world])
         self._inserted[world] += len(bodies)
 

@@ -5,7 +5,7 @@ from typing import ClassVar
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
-from taichidem.effects.base import ContactEffect, Parameter, Stage
+from taichidem.effects.base import UNDER_WEIGHT, ContactEffect, Parameter, Similarity, Stage
 
 
 class RollingConstantTorque(ContactEffect):
@@ -35,6 +35,7 @@ class RollingConstantTorque(ContactEffect):
     )
     coefficients: ClassVar[tuple[str, ...]] = ("rolling_friction",)
     visible_as: ClassVar[str] = "steeper heaps and drums, grains that stop rolling on the flat"
+    similarity: ClassVar[Similarity] = Similarity("rolling couple over weight times radius", *UNDER_WEIGHT)
     source: ClassVar[str] = "Ai, Chen, Rotter & Ooi (2011), doi 10.1016/j.powtec.2010.09.030, model A"
 
     @ti.func
