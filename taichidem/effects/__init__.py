@@ -2,6 +2,7 @@
 
 from taichidem.effects.base_tilt import BaseTilt
 from taichidem.effects.body_gravity import BodyGravity
+from taichidem.effects.cohesion_area import CohesionArea
 from taichidem.effects.normal_hertz import NormalHertz
 from taichidem.effects.rolling_constant_torque import RollingConstantTorque
 from taichidem.effects.rolling_spring_dashpot import RollingSpringDashpot
@@ -16,6 +17,7 @@ BUILT_IN = {
         RollingConstantTorque,
         RollingSpringDashpot,
         BodyGravity,
+        CohesionArea,
         BaseTilt,
         SizeSpread,
     )
@@ -25,6 +27,7 @@ __all__ = [
     "BUILT_IN",
     "BaseTilt",
     "BodyGravity",
+    "CohesionArea",
     "NormalHertz",
     "RollingConstantTorque",
     "RollingSpringDashpot",
