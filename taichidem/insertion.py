@@ -11,6 +11,9 @@ from taichidem.errors import InputError
 from taichidem.walls.base import finite_vector, positive
 
 ROUNDS = 300
+FIRST_ROUNDS = (
+    20  # with one try per waiting grain; afterwards free places are rare, and all tries go to those that wait
+)
 
 
 @dataclass(frozen=True)
@@ -99,15 +102,17 @@ def place_at_random(
     positive("radius of the grains", float(radii.min()))
     region.check(float(radii.max()))
     waiting = np.arange(len(radii))
-    for _ in range(ROUNDS):
-        tried = region.sample(rng, len(waiting), radii[waiting])
+    for k in range(ROUNDS):
+        tries = np.repeat(waiting, 1 if k < FIRST_ROUNDS else len(radii) // len(waiting))
+        tried = region.sample(rng, len(tries), radii[tries])
         placed = np.setdiff1d(np.arange(len(radii)), waiting)
-        free = _free_of(tried, radii[waiting], present, present_radius)
-        free &= _free_of(tried, radii[waiting], centres[placed], radii[placed])
+        free = _free_of(tried, radii[tries], present, present_radius)
+        free &= _free_of(tried, radii[tries], centres[placed], radii[placed])
         won = free.copy()
-        won[free] = _first_come(tried[free], radii[waiting[free]])
-        centres[waiting[won]] = tried[won]
-        waiting = waiting[~won]
+        won[free] = _first_come(tried[free], radii[tries[free]])
+        won[won] = _first_of_each(tries[won])
+        centres[tries[won]] = tried[won]
+        waiting = np.setdiff1d(waiting, tries[won])
         if len(waiting) == 0:
             break
     return centres
@@ -156,3 +161,10 @@ def _first_come(tried: np.ndarray, radii: np.ndarray) -> np.ndarray:
             if kept[first]:
                 kept[second] = False
     return kept
+
+
+def _first_of_each(numbers: np.ndarray) -> np.ndarray:
+    """Return which entries are the first of their number."""
+    first = np.zeros(len(numbers), bool)
+    first[np.unique(numbers, return_index=True)[1]] = True
+    return first

@@ -173,6 +173,18 @@ def rain(
     world.insert(grain.spheres(centres, radii, velocity))
 
 
+def wait(world: World, duration: float, total: float, every: float | None = None) -> Procedure:
+    """Let a duration [s] pass, and after each interval say which share of the procedure's total time [s] is done.
+
+    Args:
+        every: interval [s] at whose ends the caller wants to look; a tenth of the duration where left out.
+    """
+    intervals = 10 if every is None else int(duration / every + 1e-9)
+    for _ in range(intervals):
+        yield duration / intervals if every is None else every
+        world.progress = min(1.0, world.time / total)
+
+
 def settle(
     world: World, grain: Grain, *, at_least: float, at_most: float, quiet: float = 1e-4, gravity: float = 9.81
 ) -> Procedure:

@@ -66,8 +66,22 @@ def in_unit(unit: str) -> Any:
     return Annotated[float, BeforeValidator(lambda value: to_si(value, unit))]
 
 
+def several_in_unit(unit: str) -> Any:
+    """Return the annotated type of one or more quantities kept in `unit`: a number, a text, a list, or texts with commas."""
+
+    def convert(value: object) -> tuple[float, ...]:
+        parts = value.split(",") if isinstance(value, str) else value
+        return tuple(to_si(part, unit) for part in (parts if isinstance(parts, (list, tuple)) else [parts]))
+
+    return Annotated[tuple[float, ...], BeforeValidator(convert)]
+
+
 Length = in_unit("m")
 Speed = in_unit("m/s")
 Duration = in_unit("s")
 PerSecond = in_unit("1/s")
 Number = in_unit("1")
+Angle = in_unit("deg")
+AngularSpeed = in_unit("rad/s")
+Mass = in_unit("kg")
+Durations = several_in_unit("s")

@@ -1,8 +1,30 @@
 """Bulk tests, one per file."""
 
 from taichidem.experiments.base import Experiment, Observable, Outcome, Settings
+from taichidem.experiments.bulk_density import BulkDensity
 from taichidem.experiments.fixed_funnel import FixedFunnel
+from taichidem.experiments.free_fall import FreeFall
+from taichidem.experiments.hopper_discharge import HopperDischarge
+from taichidem.experiments.ledge import Ledge
+from taichidem.experiments.rebound import Rebound
+from taichidem.experiments.rotating_drum import RotatingDrum
 
-BUILT_IN = {experiment.name: experiment for experiment in (FixedFunnel,)}
+BUILT_IN = {
+    experiment.name: experiment
+    for experiment in (Ledge, BulkDensity, FixedFunnel, HopperDischarge, RotatingDrum, Rebound, FreeFall)
+}
 
-__all__ = ["BUILT_IN", "Experiment", "FixedFunnel", "Observable", "Outcome", "Settings"]
+__all__ = [
+    "BUILT_IN",
+    "BulkDensity",
+    "Experiment",
+    "FixedFunnel",
+    "FreeFall",
+    "HopperDischarge",
+    "Ledge",
+    "Observable",
+    "Outcome",
+    "Rebound",
+    "RotatingDrum",
+    "Settings",
+]

@@ -14,6 +14,7 @@ from taichidem.procedure import Grain, Procedure, World, play
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Simulation, Snapshot
 from taichidem.units import Length, quantity
+from taichidem.walls import Wall
 
 
 class Settings(BaseModel):
@@ -64,7 +65,7 @@ class Experiment:
     name: ClassVar[str] = ""
     title: ClassVar[str] = ""
     imitates: ClassVar[str] = ""  # the real instrument or standard
-    observables: ClassVar[tuple[Observable, ...]] = ()
+    observables: tuple[Observable, ...] = ()  # of an instance where they depend on its settings
     settings_type: ClassVar[type[Settings]] = Settings
 
     def __init__(self, **settings: Any) -> None:
@@ -86,9 +87,31 @@ class Experiment:
         """Return the name of the walls' material."""
         return self.settings.wall_material or model.materials[-1].name
 
+    def particles_needed(self) -> int:
+        """Return how many grains a run costs; those of the setting `particles`, or one."""
+        return getattr(self.settings, "particles", 1)
+
+    def walls(self, model: Model) -> tuple[Wall, ...]:
+        """Return the apparatus as it stands at the start; none by default."""
+        return ()
+
     def scene(self, model: Model) -> Scene:
         """Return the apparatus with room for the grains."""
         raise NotImplementedError
+
+    def scene_within(self, model: Model, lower: Sequence[float], upper: Sequence[float], **options: Any) -> Scene:
+        """Return the walls with room for the grains, in a domain between two corners [m]; `options` go to `Scene`."""
+        grain = self.grain(model)
+        return Scene(
+            model=model,
+            walls=self.walls(model),
+            room=self.particles_needed(),
+            domain=(lower, upper),
+            largest_radius=grain.largest_radius,
+            smallest_radius=grain.smallest_radius,
+            grain_materials=(grain.material.name,),
+            **options,
+        )
 
     def procedure(self, world: World, model: Model) -> Procedure:
         """Yield the durations [s] that pass between the acts of the test."""

@@ -69,7 +69,7 @@ class FixedFunnel(Experiment):
     name: ClassVar[str] = "fixed_funnel"
     title: ClassVar[str] = "Heap from a fixed funnel"
     imitates: ClassVar[str] = "fixed-funnel angle of repose on a cup, as ISO 4324 for powders"
-    observables: ClassVar[tuple[Observable, ...]] = (
+    observables: tuple[Observable, ...] = (
         Observable("angle_of_repose", "deg", "Slope of the heap's flank over the stated window."),
     )
     settings_type: ClassVar[type[Settings]] = FixedFunnelSettings
@@ -85,17 +85,8 @@ class FixedFunnel(Experiment):
             raise InputError(
                 f"cup_radius is {s.cup_radius:g} m, less than three grains of {s.diameter:g} m. Take a wider cup."
             )
-        grain = self.grain(model)
         wide = s.cup_radius + 8 * s.diameter
-        return Scene(
-            model=model,
-            walls=self.walls(model),
-            room=s.particles,
-            domain=((-wide, -wide, -2 * s.diameter), (wide, wide, s.stream_top + s.diameter)),
-            largest_radius=grain.largest_radius,
-            smallest_radius=grain.smallest_radius,
-            grain_materials=(grain.material.name,),
-        )
+        return self.scene_within(model, (-wide, -wide, -2 * s.diameter), (wide, wide, s.stream_top + s.diameter))
 
     def procedure(self, world: World, model: Model) -> Procedure:
         s = self.settings
