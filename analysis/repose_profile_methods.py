@@ -74,8 +74,8 @@ class RingProfile:
 class SectorProfile:
     """Highest centre in bins of one diameter in each sector; parts are the sectors.
 
-    The bins start at the inner end of the window and are whole: what is left over before its outer end
-    belongs to none. Their place is their middle.
+    The bins start at the inner end of the window and are as many as have their middle in it, so that the last
+    one may reach a little beyond. Their place is their middle.
     """
 
     def __init__(self, grains: Grains, settings: Any) -> None:
@@ -105,7 +105,7 @@ class SectorProfile:
     def _highest(self, limits: tuple[float, float]) -> tuple[Array, Array]:
         """Return the middles of the bins and the highest centre in each bin and sector, NaN where none is."""
         low, high = limits
-        bins = int(np.floor((high - low) / self.width + 1e-9))
+        bins = int(np.floor((high - low) / self.width + 0.5 + 1e-9))
         if bins < FEWEST_BINS:
             raise AnalysisError(
                 f"The window {low:.4g}–{high:.4g} m holds {bins} bins of {self.width:.4g} m. Allowed: {FEWEST_BINS} "

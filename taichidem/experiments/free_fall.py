@@ -83,7 +83,7 @@ class FreeFall(Experiment):
         centre = np.array([0.0, 0.0, s.release_height + radius])
         step = min(last / FEWEST_STEPS, LONGEST_MOVE * radius / fastest if fastest else last)
         ball = Bodies.spheres(
-            [centre], radius, grain.material.density, material=grain.number, velocity=(0, 0, -s.release_speed)
+            centre[None], radius, grain.material.density, material=grain.number, velocity=(0, 0, -s.release_speed)
         )
         return Scene(
             model=model,

@@ -48,7 +48,7 @@ class LedgeSettings(GranularSettings):
 class Ledge(Experiment):
     """Fill a box, take its front wall away at once, let the grains run off over the edge, measure the slope that stays.
 
-    θ = atan(−mean slope) over strips 1.5 diameters wide; in each a straight line through the highest centres of bins one
+    θ = atan(−mean slope) of the strips, 1.5 diameters wide, that fit into the width; in each a straight line through the highest centres of bins one
     diameter wide, from 0.2 to 0.9 of the length.
     """
 
@@ -69,8 +69,11 @@ class Ledge(Experiment):
         def upright(name: str, x: float, y: float, normal: tuple[float, float, float]) -> Plane:
             return Plane(name=name, material=material, point=(x, y, middle[2]), normal=normal, picture_size=size)
 
+        # The floor passes under the other walls and ends at x = length.
+        low, high = -s.diameter, s.width + s.diameter
+        corners = np.array([[low, low, 0.0], [s.length, low, 0.0], [s.length, high, 0.0], [low, high, 0.0]])
         return (
-            Mesh(name="floor", material=material, **_floor(s.length, s.width, s.diameter)),
+            Mesh(name="floor", material=material, vertices=corners, facets=np.array([[0, 1, 2], [0, 2, 3]])),
             upright("back", 0.0, middle[1], (1, 0, 0)),
             upright("front", s.length, middle[1], (-1, 0, 0)),
             upright("left", middle[0], 0.0, (0, 1, 0)),
@@ -98,15 +101,9 @@ class Ledge(Experiment):
         x, y, z = snapshot.position[snapshot.position[:, 2] > 0].T
         strip, count = STRIP * s.diameter, int(s.width / (STRIP * s.diameter) + 1e-9)
         limits = (WINDOW[0] * s.length, WINDOW[1] * s.length)
-        inside = [(y >= k * strip) & (y < (k + 1) * strip) for k in range(count)]
+        across = (y - (s.width - count * strip) / 2) / strip  # the strips lie in the middle where they don't fill it
+        inside = [np.floor(across) == k for k in range(count)]
         slopes = [surface_line(x[kept], z[kept], limits, s.diameter).slope for kept in inside]
         angles = [math.degrees(math.atan(-slope)) for slope in slopes]
         angle = math.degrees(math.atan(-float(np.mean(slopes))))
         return {"angle_of_repose": angle}, {"strip_angles_deg": angles, "grains_in_box": len(z)}
-
-
-def _floor(length: float, width: float, diameter: float) -> dict[str, np.ndarray]:
-    """Return a rectangle that ends at x = length and passes under the other walls."""
-    low, high = -diameter, width + diameter
-    corners = [[-diameter, low, 0.0], [length, low, 0.0], [length, high, 0.0], [-diameter, high, 0.0]]
-    return {"vertices": np.array(corners), "facets": np.array([[0, 1, 2], [0, 2, 3]])}

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import numpy as np
+
 from taichidem.bodies import Bodies
 from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
 from taichidem.procedure import Procedure, World
@@ -49,7 +51,7 @@ class Rebound(Experiment):
     def scene(self, model: Model) -> Scene:
         s, grain = self.settings, self.grain(model)
         wide = 4 * s.diameter
-        place, velocity = [[0.0, 0.0, (1 + GAP) * grain.radius]], (0.0, 0.0, -s.speed)
+        place, velocity = np.array([[0.0, 0.0, (1 + GAP) * grain.radius]]), (0.0, 0.0, -s.speed)
         ball = Bodies.spheres(place, grain.radius, grain.material.density, material=grain.number, velocity=velocity)
         return Scene(
             model=model.without_gravity(),
