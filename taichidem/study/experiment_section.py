@@ -16,6 +16,7 @@ from taichidem.scene import Model
 from taichidem.study.material_section import Particle, wall_material
 from taichidem.study.problems import Problems
 
+FILLED_IN = ("diameter", "grain_material", "wall_material")
 NAME = re.compile(r"[\w.+-]+")
 
 
@@ -41,6 +42,8 @@ def read_experiments(
         if not NAME.fullmatch(name):
             problems.add(path, f"{name!r} is no name of an experiment; use letters, digits and _ . + - only.")
         table = problems.table(tables, name, path)
+        if not isinstance(tables[name], Mapping):
+            continue
         kind = _read_type(path, table, problems)
         if kind is None:
             continue
@@ -77,7 +80,7 @@ def _filled_in(
     if particle is None:
         return {}
     wall = wall_material(materials, particle.material)
-    derived = {"diameter": particle.diameter, "grain_material": particle.material, "wall_material": wall}
+    derived = dict(zip(FILLED_IN, (particle.diameter, particle.material, wall), strict=True))
     wanted = {k: v for k, v in derived.items() if k in kind.settings_type.model_fields and k not in settings}
     if wanted.get("wall_material", "") is None:
         problems.missing(
@@ -115,6 +118,8 @@ def _note(path: str, kind: type[Experiment], problem: Any, problems: Problems) -
         return
     field = kind.settings_type.model_fields[str(problem["loc"][0])]
     if problem["type"] == "missing":
+        if problem["loc"][0] in FILLED_IN:
+            return  # [particle] is faulty, which is noted there
         problems.missing(key, f"{field.description or 'it has no default.'}")
         return
     extra = field.json_schema_extra

@@ -118,11 +118,12 @@ def read_study(path: str | Path) -> Study:
     names = list(problems.table(document, "materials"))
     particle = read_particle(document, names, problems)
     experiments = read_experiments(document, particle, names, problems)
-    pairs = touching(particle, experiments, names)
+    grain = problems.table(document, "particle").get("material")
+    pairs = touching(grain, experiments, names) if grain in names else []
     effects = read_composition(document, problems)
     given = read_given(document, effects, names, problems)
-    complete(given, effects, pairs if particle else (), problems)
-    calibrate = read_calibrations(document, effects, pairs, problems)
+    complete(given, effects, pairs, problems)
+    calibrate = read_calibrations(document, effects, pairs or all_pairs(names), problems)
     model = None
     if particle is not None and not problems.concern("materials", "contacts", "effects"):
         model = _build_model(in_order(materials, particle.material), given, effects, pairs, problems)
@@ -155,14 +156,10 @@ def _check_schema(document: Mapping[str, Any], problems: Problems) -> None:
         )
 
 
-def touching(
-    particle: Particle | None, experiments: Mapping[str, StudyExperiment], materials: Collection[str]
-) -> list[str]:
-    """Return the pairs of materials that may touch: grains with everything (all pairs where no grains are known)."""
-    if particle is None:
-        return all_pairs(materials)
+def touching(grain: str, experiments: Mapping[str, StudyExperiment], materials: Collection[str]) -> list[str]:
+    """Return the pairs of materials that may touch: those of grains (also of a single test) with everything."""
     chosen = [getattr(entry.experiment.settings, "grain_material", "") for entry in experiments.values()]
-    grains = dict.fromkeys([particle.material, *(name for name in chosen if name)])
+    grains = dict.fromkeys([grain, *(name for name in chosen if name)])
     return list(dict.fromkeys(pair_name(grain, name) for grain in grains for name in materials))
 
 
