@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass
 from datetime import datetime, timezone
 from functools import cached_property
 from typing import Any
@@ -177,11 +177,11 @@ def stored_run(run: Run, outcome: Outcome, wall_time: float) -> StoredRun:
 
 
 def _plain_details(details: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those details that are plain and short; pictures and long series can be computed again from the row."""
+    """Return those details that are plain and short, reports by their `as_dict`; the rest can be computed again."""
     kept = {}
     for name, value in details.items():
         try:
-            plain = canonical(vars(value) if is_dataclass(value) and not isinstance(value, type) else value)
+            plain = canonical(value.as_dict() if hasattr(value, "as_dict") else value)
         except TypeError:
             continue
         if len(canonical_json(plain)) <= LONGEST_DETAIL:

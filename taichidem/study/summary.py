@@ -21,7 +21,7 @@ def summarise(study: Study, table: pd.DataFrame, measurements: pd.DataFrame | No
         measurements: as `read_measurements` returns them.
 
     Returns:
-        Columns experiment, observable, unit, mean, u (None below two runs), n, measured, measured_u (None where there is no
+        Columns experiment, observable, unit, mean, u (nan below two runs), n, measured, measured_u (nan where there is no
         measurement); a measurement of several conditions gives a row each.
     """
     rows = []
@@ -37,14 +37,14 @@ def summarise(study: Study, table: pd.DataFrame, measurements: pd.DataFrame | No
 def _scatter(values: Any) -> dict[str, Any]:
     good = np.asarray(values, float)
     return {
-        "mean": float(good.mean()) if len(good) else None,
-        "u": float(good.std(ddof=1) / np.sqrt(len(good))) if len(good) > 1 else None,
+        "mean": float(good.mean()) if len(good) else np.nan,
+        "u": float(good.std(ddof=1) / np.sqrt(len(good))) if len(good) > 1 else np.nan,
         "n": len(good),
     }
 
 
 def _measured(measurements: pd.DataFrame | None, experiment: str, observable: str) -> list[dict[str, Any]]:
-    none = [{"measured": None, "measured_u": None}]
+    none = [{"measured": np.nan, "measured_u": np.nan}]
     if measurements is None:
         return none
     rows = measurements[(measurements["experiment"] == experiment) & (measurements["observable"] == observable)]

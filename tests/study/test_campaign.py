@@ -71,7 +71,7 @@ def test_models_in_place_of_the_study_s_own(study, store):
 
 
 def test_bad_requests(study, store):
-    with pytest.raises(InputError, match="'narow'.*Did you mean 'narrow'"):
+    with pytest.raises(InputError, match=r"'narow'.*Did you mean 'narrow'"):
         simulate(study, ["narow"], [1], store)
     with pytest.raises(InputError, match="No seed was given"):
         simulate(study, seeds=[], store=store)
@@ -126,7 +126,7 @@ def test_a_model_that_cannot_be_set_up_costs_only_itself(study, store):
     table = run_all(runs, store)
     assert list(table["status"]) == ["done", "failed", "done"]
     assert "can't be simulated" in table["reason"][1]
-    with pytest.raises(InputError, match="No run can be set up. this restitution"):
+    with pytest.raises(InputError, match=r"No run can be set up\. this restitution"):
         run_all([Run(runs[0].experiment, bad, 9)], store)
     assert len(store) == 3
 

@@ -210,13 +210,13 @@ def test_two_processes_write_at_once(tmp_path):
     path = tmp_path / "runs.sqlite"
     writers = [
         subprocess.Popen(
-            [sys.executable, "-c", WRITER, str(path), str(first), str(first + 300)],
+            [sys.executable, "-c", WRITER, str(path), str(first), str(first + 100)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             cwd=ROOT,
             text=True,
         )
-        for first in (0, 100)
+        for first in (0, 50)
     ]
     for writer in writers:
         assert writer.stdout.readline() == "open\n"
@@ -226,5 +226,5 @@ def test_two_processes_write_at_once(tmp_path):
     assert [writer.wait(timeout=60) for writer in writers] == [0, 0]
     with RunStore(path) as store:
         runs = store.runs()
-    assert sorted(run.seed for run in runs) == list(range(400))
-    assert {run.wall_time for run in runs} == {0.0, 100.0}
+    assert sorted(run.seed for run in runs) == list(range(150))
+    assert {run.wall_time for run in runs} == {0.0, 50.0}

@@ -430,7 +430,7 @@ def test_an_empty_file_lists_what_is_missing(tmp_path):
 
 @pytest.mark.parametrize("name", ["", "nowhere", "study.toml"])
 def test_no_study_there(tmp_path, name):
-    with pytest.raises(InputError, match="There is no study file .*study.toml|There is no study file .*nowhere"):
+    with pytest.raises(InputError, match=r"There is no study file .*(study\.toml|nowhere)\. Give a folder"):
         read_study(tmp_path / name)
 
 
