@@ -101,8 +101,7 @@ def _simulate(pending: Sequence[Run], store: RunStore, report: Report, worlds: i
     done = 0.0
     for batch in batches(sound, worlds or WORLDS_PER_THREAD * runtime.start().threads):
         share = sum(weights[run.key] for run in batch)
-        for stored in execute(batch, lambda part, done=done, share=share: report((done + part * share) / total)):  # type: ignore[misc]
-            store.add(stored)
+        store.add(*execute(batch, lambda part, done=done, share=share: report((done + part * share) / total)))  # type: ignore[misc]
         done += share
     report(1.0)
 
@@ -121,8 +120,7 @@ def _set_up(pending: Sequence[Run], store: RunStore) -> tuple[list[Run], dict[st
             refused.append((run, str(error)))
     if not weights:
         raise InputError(f"No run can be set up. {refused[0][1]}")
-    for run, reason in refused:
-        store.add(stored_run(run, Outcome({}, run.seed, reason), 0.0))
+    store.add(*(stored_run(run, Outcome({}, run.seed, reason), 0.0) for run, reason in refused))
     return [run for run in pending if run.key in weights], weights
 
 

@@ -81,6 +81,16 @@ def test_a_failed_run_gives_way_to_a_later_attempt(store):
     assert store.runs() == [a_run()]
 
 
+def test_runs_written_together_are_there_all_or_none(store):
+    with pytest.raises(InputError, match="CHECK constraint"):
+        store.add(a_run(), a_run("k2", status="perhaps"))
+    assert len(store) == 0
+    store.add(a_run(), a_run("k2"))
+    assert store.runs() == [a_run(), a_run("k2")]
+    store.add()
+    assert len(store) == 2
+
+
 def test_more_keys_than_one_query_takes(store, monkeypatch):
     monkeypatch.setattr(module, "AT_ONCE", 3)
     for k in range(8):
