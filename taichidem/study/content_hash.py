@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -21,7 +23,7 @@ LARGEST_EXACT = 2**53  # whole numbers up to here are the same as float64
 def canonical(value: Any) -> Any:
     """Return a value in plain types such that equal values become equal texts.
 
-    Whole numbers and floats that are equal become one, −0 becomes 0, numbers that JSON lacks (nan, inf) become texts.
+    Whole numbers and floats that are equal become one, −0 and subnormal numbers become 0, numbers that JSON lacks (nan, inf) become texts.
 
     Raises:
         TypeError: a value of a type that has no such form.
@@ -33,8 +35,12 @@ def canonical(value: Any) -> Any:
     if isinstance(value, (int, np.integer)) and abs(int(value)) > LARGEST_EXACT:
         return str(int(value))
     if isinstance(value, (int, float, np.number)):
-        number = float(value) + 0.0
-        return number if np.isfinite(number) else repr(number)
+        number = float(value)
+        if abs(number) < sys.float_info.min:
+            return (
+                0.0  # also for subnormal numbers: once Taichi runs, the processor takes them for 0, before it does not
+            )
+        return number if math.isfinite(number) else repr(number)
     if isinstance(value, BaseModel):
         return canonical(value.model_dump())
     if isinstance(value, Mapping):
