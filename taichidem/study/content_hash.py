@@ -23,7 +23,8 @@ LARGEST_EXACT = 2**53  # whole numbers up to here are the same as float64
 def canonical(value: Any) -> Any:
     """Return a value in plain types such that equal values become equal texts.
 
-    Whole numbers and floats that are equal become one, −0 and subnormal numbers become 0, numbers that JSON lacks (nan, inf) become texts.
+    Whole numbers and floats that are equal become one, −0 and subnormal numbers become 0, numbers that JSON lacks (nan, inf)
+    become texts.
 
     Raises:
         TypeError: a value of a type that has no such form.
