@@ -95,8 +95,7 @@ def _effect_of_short(text: str, effects: Composition, allowed: bool) -> str:
 
 def short_name(effect: str, parameter: str, effects: Composition) -> str:
     """Return how a parameter is written under [contacts]: without its effect where that is clear."""
-    family = SHORT.get(parameter)
-    return parameter if family and effects[effect].family == family else f"{effect}.{parameter}"
+    return parameter if SHORT.get(parameter) == effects[effect].family else f"{effect}.{parameter}"
 
 
 def with_values(model: Model, values: Mapping[str, Any]) -> Model:

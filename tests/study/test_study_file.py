@@ -8,10 +8,11 @@ import pickle
 import pytest
 
 from taichidem.effects import BodyGravity, NormalHertz
+from taichidem.effects.base import Effect
 from taichidem.errors import InputError
 from taichidem.materials import MaterialPair
 from taichidem.study import read_study, with_values
-from taichidem.study.parameter_key import ParameterKey
+from taichidem.study.parameter_key import ParameterKey, short_name
 
 
 def value(model, name, first, second):
@@ -203,6 +204,13 @@ def test_with_values_splits_one_number_over_pairs_and_keeps_options(study):
     assert value(changed, "normal_hertz.restitution", "granule", "wall") == 0.5
     assert changed.effects[0].attraction is False
     assert changed.effects[1] is effects[1]
+
+
+def test_a_short_name_belongs_to_its_family_alone():
+    effects = {"a": type("A", (Effect,), {"family": "normal"}), "b": type("B", (Effect,), {"family": "other"})}
+    assert short_name("a", "restitution", effects) == "restitution"
+    assert short_name("b", "restitution", effects) == "b.restitution"
+    assert short_name("a", "stiffness", effects) == "a.stiffness"
 
 
 @pytest.mark.parametrize(

@@ -204,6 +204,11 @@ CASES = {
         "calibrate.wall-wall.restitution",
         ["Unknown pair of materials that touch 'wall-wall'", "Allowed: granule-granule, granule-wall"],
     ),
+    "calibrate gives a pair to a number of the whole model": (
+        calibrate('"granule-wall.body_gravity.z" = { low = -10, high = -9 }'),
+        "calibrate.granule-wall.body_gravity.z",
+        ["one number for the whole model", "leave the pair out"],
+    ),
     "calibrate no table": (
         calibrate('"granule-granule.restitution" = 3'),
         "calibrate.granule-granule.restitution",
