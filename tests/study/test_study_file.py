@@ -197,13 +197,16 @@ def test_model_with_changes_what_its_keys_name(study):
 
 
 def test_with_values_splits_one_number_over_pairs_and_keeps_options(study):
-    effects = [NormalHertz(restitution=0.5, attraction=False), BodyGravity()]
+    effects = [NormalHertz(restitution=0.5, attraction=False), BodyGravity()]  # one number for all pairs
     model = dataclasses.replace(study.model(), effects=effects)
     changed = with_values(model, {"granule-granule.restitution": 0.8})
     assert value(changed, "normal_hertz.restitution", "granule", "granule") == 0.8
     assert value(changed, "normal_hertz.restitution", "granule", "wall") == 0.5
     assert changed.effects[0].attraction is False
     assert changed.effects[1] is effects[1]
+    effects = [NormalHertz(restitution={"granule-granule": 0.5, "wall-granule": 0.6})]  # a pair in its other order
+    changed = with_values(dataclasses.replace(model, effects=effects), {"granule-wall.restitution": 0.8})
+    assert value(changed, "normal_hertz.restitution", "granule", "wall") == 0.8
 
 
 def test_a_short_name_belongs_to_its_family_alone():
