@@ -17,6 +17,8 @@ from taichidem.study.problems import Problems
 #: Effects of every model, unless [effects] names another of their family.
 ALWAYS = ("normal_hertz", "tangential_mindlin", "body_gravity")
 
+REFUSED = 0.0  # stands for a number that was refused, so that it isn't missing; nobody computes with a faulty file
+
 Values = dict[str, "float | dict[str, float]"]
 
 
@@ -24,12 +26,12 @@ Values = dict[str, "float | dict[str, float]"]
 class Given:
     """What a file says of one effect: constructor options, and values in SI, per pair where given so.
 
-    `faulty` holds parameter and pair (None for all) of every value that was refused, so that it doesn't count as missing.
+    `faulty` holds parameter and pair of every value that was refused, so that it doesn't count as missing.
     """
 
     options: dict[str, Any] = field(default_factory=dict)
     values: Values = field(default_factory=dict)
-    faulty: set[tuple[str, str | None]] = field(default_factory=set)
+    faulty: set[tuple[str, str]] = field(default_factory=set)
 
 
 def read_composition(document: Mapping[str, Any], problems: Problems) -> dict[str, type[Effect]]:
@@ -81,15 +83,13 @@ def _read_effect(
         if name in parameters and isinstance(value, Mapping):
             if not parameters[name].per_pair:
                 problems.add(key, f"{key} is one number for the whole model; a table was given.")
-                given.faulty.add((name, None))
+                given.values[name] = REFUSED
                 continue
             for pair, number in value.items():
                 _set(given, effect.name, parameters[name], f"{key}.{pair}", pair, number, materials, problems)
         elif name in parameters:
             number = _checked(effect.name, parameters[name], key, value, problems)
-            if number is None:
-                given.faulty.add((name, None))
-            given.values[name] = 0.0 if number is None else number  # which nobody sees: a faulty file is refused
+            given.values[name] = REFUSED if number is None else number
         elif name in options:
             _read_option(key, options[name], value, given, name, problems)
 
@@ -201,14 +201,13 @@ def complete(given: dict[str, Given], effects: Composition, pairs: Collection[st
     for name, effect in effects.items():
         for parameter in effect.parameters:
             held = given[name].values.get(parameter.name, {} if parameter.per_pair else parameter.default)
-            faulty = {pair for faulty, pair in given[name].faulty if faulty == parameter.name}
-            if None in faulty or isinstance(held, float):
+            if isinstance(held, float):
                 continue
             if held is None:
                 problems.missing(f"effects.{name}.{parameter.name}", _what(parameter))
                 continue
             assert isinstance(held, dict)
-            lacking = [pair for pair in pairs if pair not in held and pair not in faulty]
+            lacking = [pair for pair in pairs if pair not in held and (parameter.name, pair) not in given[name].faulty]
             if parameter.default is not None:
                 if held:
                     held |= dict.fromkeys(lacking, parameter.default)

@@ -72,6 +72,7 @@ CASES = {
         "materials.granule.youngs_modulus",
         ["'5 m'", "converts to Pa"],
     ),
+    "unit of a pure number": (("0.36", '"0.36 m"'), "materials.granule.poissons_ratio", ["'0.36 m'", "converts to 1"]),
     "negative density": (('"910 kg/m^3"', "-910"), "materials.granule.density", ["-910", "above 0"]),
     "zero modulus": (('"5 MPa"', "0"), "materials.granule.youngs_modulus", ["0.0", "above 0"]),
     "Poisson's ratio too large": (("0.36", "0.6"), "materials.granule.poissons_ratio", ["0.6", "≤ 0.5"]),
