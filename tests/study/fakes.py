@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from dataclasses import replace
 from typing import ClassVar
 
 from pydantic import model_validator
@@ -11,7 +12,7 @@ from pydantic import model_validator
 import taichidem.effects
 import taichidem.experiments
 from taichidem import plugins
-from taichidem.effects import NormalHertz
+from taichidem.effects import NormalHertz, RollingConstantTorque
 from taichidem.errors import InputError
 from taichidem.experiments.base import Experiment, Observable, Outcome, Settings
 from taichidem.scene import Scene
@@ -105,10 +106,18 @@ class OtherNormal(NormalHertz):
     name: ClassVar[str] = "normal_other"
 
 
+class RollingWithDefault(RollingConstantTorque):
+    """Rolling resistance with a value for pairs that have none."""
+
+    name: ClassVar[str] = "rolling_default"
+    parameters: ClassVar = tuple(replace(p, default=0.01) for p in RollingConstantTorque.parameters)
+
+
 def register(setitem) -> None:
     """Make the fakes known; `setitem` is that of pytest's monkeypatch, or operator.setitem."""
     setitem(taichidem.experiments.BUILT_IN, "quick", Quick)
     setitem(taichidem.effects.BUILT_IN, "normal_other", OtherNormal)
+    setitem(taichidem.effects.BUILT_IN, "rolling_default", RollingWithDefault)
     plugins.refresh()
 
 

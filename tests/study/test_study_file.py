@@ -148,6 +148,16 @@ def test_one_number_for_every_pair(write):
     assert value(model, "rolling_constant_torque.rolling_friction", "wall", "granule") == 0.2
 
 
+def test_pairs_left_out_of_a_table_get_the_default(write):
+    changes = [(", " + ROLLING, ""), ("rolling_constant_torque", "rolling_default")]
+    model = read_study(write(*changes)).model()
+    assert value(model, "rolling_default.rolling_friction", "granule", "granule") == 0.12
+    assert value(model, "rolling_default.rolling_friction", "granule", "wall") == 0.01
+    none = ('rolling_friction = { "granule-granule" = 0.12 }', "")
+    model = read_study(write(*changes, none)).model()
+    assert value(model, "rolling_default.rolling_friction", "granule", "granule") == 0.01
+
+
 def test_calibrate_entries(study):
     first, second = study.calibrate
     assert (first.key, first.low, first.high, first.value, first.u) == (

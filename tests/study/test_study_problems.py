@@ -151,6 +151,14 @@ CASES = {
         "effects.rolling_constant_torqe",
         ["Allowed: ", "Did you mean 'rolling_constant_torque'?"],
     ),
+    "unknown effect, also under contacts": (
+        (
+            "restitution = 0.7\nstatic_friction = 0.3",
+            'restitution = 0.7\nstatic_friction = 0.3\n"nonesuch.x" = 1\n[effects.nonesuch]',
+        ),
+        "effects.nonesuch",
+        ["Unknown effect 'nonesuch'"],
+    ),
     "effect no table": (in_effects("[effects]\nbody_gravity = 3"), "effects.body_gravity", ["is 3", "must be a table"]),
     "two of a family": (
         in_effects("[effects.rolling_spring_dashpot]\nrolling_friction = 0.1"),
