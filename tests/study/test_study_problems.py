@@ -8,7 +8,8 @@ import pytest
 
 from taichidem.errors import InputError
 from taichidem.study import FileError, read_study
-from tests.study.fakes import STUDY
+from taichidem.units import Length, quantity
+from tests.study.fakes import STUDY, Quick, QuickSettings
 
 CALIBRATE = '"granule-granule.restitution" = { low = 0.3, high = 0.9 }'
 ROLLING = 'rolling_friction = { "granule-granule" = 0.12, "wall-granule" = 0.11 }'
@@ -406,6 +407,16 @@ def test_all_problems_at_once(write):
     for key in wanted:
         assert any(p.startswith((f"{key} ", f"{key}:")) for p in problems), key
     assert len(problems) == len(wanted)
+
+
+class SizedSettings(QuickSettings):
+    diameter: Length = quantity("m", "Diameter of the grains, which has no default.", gt=0)
+
+
+def test_what_a_faulty_particle_would_fill_in_is_not_missing_too(write, monkeypatch):
+    monkeypatch.setattr(Quick, "settings_type", SizedSettings)
+    (problem,) = problems_of(write(('"6 mm"', '"6 kg"')))
+    assert problem.startswith("particle.diameter")
 
 
 def test_problems_of_apparatus_come_with_those_of_calibrate(write):
