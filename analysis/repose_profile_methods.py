@@ -74,8 +74,8 @@ class RingProfile:
 class SectorProfile:
     """Highest centre in bins of one diameter in each sector; parts are the sectors.
 
-    The bins start at the inner end of the window and are as many as have their middle in it, so that the last
-    one may reach a little beyond. Their place is their middle.
+    The bins start at the inner end of the window and are as many as have their middle in it; grains beyond the
+    window don't count, so that the last bin may be cut short. Their place is their middle.
     """
 
     def __init__(self, grains: Grains, settings: Any) -> None:
@@ -112,7 +112,7 @@ class SectorProfile:
                 "or more. Widen the window (fit_from, fit_to) or give a smaller bin_width_m."
             )
         number = np.floor((self.distance - low) / self.width).astype(np.intp)
-        inside = (number >= 0) & (number < bins)
+        inside = (number >= 0) & (number < bins) & (self.distance < high)
         highest = np.full(bins * self.sectors, -np.inf)
         cell = number[inside] * self.sectors + self.sector[inside]
         np.maximum.at(highest, cell, self.grains.centres[inside, 2])

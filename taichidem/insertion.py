@@ -83,6 +83,13 @@ class BoxRegion:
 
 Region = CylinderRegion | BoxRegion
 
+LOOSE = 0.15  # share of a region that grains fill at random without searching long
+
+
+def loose_height(grain_radius: float, count: int, cross_section: float) -> float:
+    """Return the height [m] of a region in which grains of a mean radius [m] fill 15 %, for a cross-section [m²]."""
+    return count * 4 / 3 * np.pi * grain_radius**3 / (LOOSE * cross_section) + 2 * grain_radius
+
 
 def place_at_random(
     rng: np.random.Generator, region: Region, radii: np.ndarray, present: np.ndarray, present_radius: np.ndarray

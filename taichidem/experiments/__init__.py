@@ -6,12 +6,24 @@ from taichidem.experiments.fixed_funnel import FixedFunnel
 from taichidem.experiments.free_fall import FreeFall
 from taichidem.experiments.hopper_discharge import HopperDischarge
 from taichidem.experiments.ledge import Ledge
+from taichidem.experiments.lifting_cylinder import LiftingCylinder
 from taichidem.experiments.rebound import Rebound
 from taichidem.experiments.rotating_drum import RotatingDrum
+from taichidem.experiments.shear_box import ShearBox
 
 BUILT_IN = {
     experiment.name: experiment
-    for experiment in (Ledge, BulkDensity, FixedFunnel, HopperDischarge, RotatingDrum, Rebound, FreeFall)
+    for experiment in (
+        Ledge,
+        BulkDensity,
+        FixedFunnel,
+        HopperDischarge,
+        RotatingDrum,
+        Rebound,
+        FreeFall,
+        ShearBox,
+        LiftingCylinder,
+    )
 }
 
 __all__ = [
@@ -22,9 +34,11 @@ __all__ = [
     "FreeFall",
     "HopperDischarge",
     "Ledge",
+    "LiftingCylinder",
     "Observable",
     "Outcome",
     "Rebound",
     "RotatingDrum",
     "Settings",
+    "ShearBox",
 ]

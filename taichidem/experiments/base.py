@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from taichidem.effects import BodyGravity
 from taichidem.errors import InputError, TaichidemError, unknown_name
 from taichidem.procedure import Grain, Procedure, World, play
 from taichidem.scene import Model, Scene
@@ -57,6 +58,12 @@ class Outcome:
     failure: str | None = None
     snapshot: Snapshot | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
+
+
+def gravity_of(model: Model) -> float:
+    """Return the size of the acceleration of free fall in a model [m/s²]."""
+    fields = [[e.value(axis) for axis in "xyz"] for e in model.effects if isinstance(e, BodyGravity)]
+    return float(np.linalg.norm(fields)) if fields else 0.0
 
 
 class Experiment:
@@ -121,6 +128,14 @@ class Experiment:
         """Return the observables and further details, from the end state and from what the procedure noted."""
         raise NotImplementedError
 
+    def parts(self) -> Sequence[Experiment]:
+        """Return what is run side by side for one outcome: this experiment alone, unless it repeats itself under other loads."""
+        return (self,)
+
+    def combine(self, outcomes: Sequence[Outcome]) -> Outcome:
+        """Return one outcome from those of the parts."""
+        return outcomes[0]
+
     def run(
         self,
         models: Model | Sequence[Model],
@@ -141,10 +156,13 @@ class Experiment:
             )
         if not all(isinstance(seed, (int, np.integer)) and seed >= 0 for seed in seeds):
             raise InputError(f"seeds are {list(seeds)!r}; give whole numbers from 0.")
-        simulation = Simulation([self.scene(model) for model in models], schedule)
-        worlds = [World(simulation, k, np.random.default_rng(seed)) for k, seed in enumerate(seeds)]
-        play(simulation, [self.procedure(w, m) for w, m in zip(worlds, models, strict=True)], worlds, report)
-        return [self._outcome(world, seed) for world, seed in zip(worlds, seeds, strict=True)]
+        jobs = [(part, m, seed) for m, seed in zip(models, seeds, strict=True) for part in self.parts()]
+        simulation = Simulation([part.scene(m) for part, m, _ in jobs], schedule)
+        worlds = [World(simulation, k, np.random.default_rng(seed)) for k, (_, _, seed) in enumerate(jobs)]
+        play(simulation, [part.procedure(w, m) for w, (part, m, _) in zip(worlds, jobs, strict=True)], worlds, report)
+        each = [part._outcome(world, seed) for world, (part, _, seed) in zip(worlds, jobs, strict=True)]
+        size = len(each) // len(seeds)
+        return [self.combine(each[k : k + size]) for k in range(0, len(each), size)]
 
     def _outcome(self, world: World, seed: int) -> Outcome:
         failure = world.failure or world.simulation.failure(world.number)

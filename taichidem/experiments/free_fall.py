@@ -10,9 +10,8 @@ import numpy as np
 from pydantic import model_validator
 
 from taichidem.bodies import Bodies
-from taichidem.effects import BodyGravity
 from taichidem.errors import InputError
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, gravity_of
 from taichidem.procedure import Procedure, World, wait
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot
@@ -77,7 +76,7 @@ class FreeFall(Experiment):
     def scene(self, model: Model) -> Scene:
         s, radius = self.settings, self.settings.diameter / 2
         model = self._with_density(model)
-        grain, last, gravity = self.grain(model), max(s.time), _gravity(model)
+        grain, last, gravity = self.grain(model), max(s.time), gravity_of(model)
         fastest = abs(s.release_speed) + gravity * last
         far = 2 * fastest * last + 10 * s.diameter
         centre = np.array([0.0, 0.0, s.release_height + radius])
@@ -126,9 +125,3 @@ def _height_at(time: float, ball: Snapshot) -> float:
     acceleration = ball.force[0, 2] / ball.mass[0]
     centre = ball.position[0, 2] + ball.velocity[0, 2] * ahead + acceleration * ahead**2 / 2
     return float(centre - ball.radius[0])
-
-
-def _gravity(model: Model) -> float:
-    """Return the size of the acceleration of free fall [m/s²]."""
-    fields = [[e.value(axis) for axis in "xyz"] for e in model.effects if isinstance(e, BodyGravity)]
-    return float(np.linalg.norm(fields)) if fields else 0.0

@@ -48,8 +48,8 @@ class LedgeSettings(GranularSettings):
 class Ledge(Experiment):
     """Fill a box, take its front wall away at once, let the grains run off over the edge, measure the slope that stays.
 
-    θ = atan(−mean slope) of the strips, 1.5 diameters wide, that fit into the width; in each a straight line through the highest centres of bins one
-    diameter wide, from 0.2 to 0.9 of the length.
+    θ = atan(−mean slope) of the strips, 1.5 diameters wide, that fit into the width; in each a straight line goes through
+    the highest centres of bins one diameter wide, from 0.2 to 0.9 of the length.
     """
 
     name: ClassVar[str] = "ledge"

@@ -13,7 +13,8 @@ FEWEST_BINS = 3  # with two, a line always fits
 def surface_line(along: np.ndarray, height: np.ndarray, limits: tuple[float, float], width: float) -> FlankLine:
     """Return the least-squares line through the highest centre of each bin; a bin without a grain is left out.
 
-    Bins begin at the lower limit and are as many as have their middle within the limits; a bin's place is its middle.
+    Bins begin at the lower limit and are as many as have their middle within the limits; the upper limit may cut the last
+    one short. A bin's place is its middle.
 
     Args:
         along, height: coordinates of the grains' centres [m], (n,).
@@ -26,7 +27,7 @@ def surface_line(along: np.ndarray, height: np.ndarray, limits: tuple[float, flo
     low, high = limits
     bins = int(np.floor((high - low) / width + 0.5 + 1e-9))
     number = np.floor((along - low) / width).astype(int)
-    inside = (number >= 0) & (number < bins)
+    inside = (number >= 0) & (number < bins) & (along < high)
     highest = np.full(max(bins, 0), -np.inf)
     np.maximum.at(highest, number[inside], height[inside])
     filled = np.isfinite(highest)

@@ -79,7 +79,7 @@ def test_sectors_take_the_highest_centre_of_each_bin_by_hand(heap):
         mine = (azimuth >= sector * np.pi / 4) & (azimuth < (sector + 1) * np.pi / 4)
         points = []
         for low in 0.0075 + 0.006 * np.arange(7):
-            here = mine & (distance >= low) & (distance < low + 0.006)
+            here = mine & (distance >= low) & (distance < min(low + 0.006, 0.0475))
             if here.any():
                 points.append((low + 0.003, centres[here, 2].max()))
         slopes.append(np.polyfit(*np.array(points).T, 1)[0])

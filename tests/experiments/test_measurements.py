@@ -35,7 +35,8 @@ def test_a_bin_without_grain_is_left_out_and_two_are_too_few():
 def test_the_last_bin_is_the_last_with_its_middle_within_the_limits():
     along, height = np.array([0.5, 1.5, 2.5, 3.2, 3.9]), np.array([1.0, 1.0, 1.0, 0.5, 50.0])
     assert surface_line(along, height, (0.0, 3.4), 1.0).slope == pytest.approx(0.0)
-    assert surface_line(along, height, (0.0, 3.6), 1.0).points == 4
+    cut = surface_line(along, height, (0.0, 3.6), 1.0)  # the grain at 3.9 lies beyond
+    assert (cut.points, cut.slope) == (4, pytest.approx(np.polyfit([0.5, 1.5, 2.5, 3.5], [1, 1, 1, 0.5], 1)[0]))
 
 
 # --- ledge
