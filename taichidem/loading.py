@@ -270,21 +270,27 @@ class Loader:
 
 def wall_row(material: int, wall: Wall) -> dict:
     """Return the kernel row of a wall's rigid motion."""
+    return motion_columns(wall) | {
+        "origin": wall.motion.centre,
+        "first_row": (1.0, 0.0, 0.0),
+        "second_row": (0.0, 1.0, 0.0),
+        "third_row": (0.0, 0.0, 1.0),
+        "removed_at": wall.removed_at,
+        "material": material,
+        "turned": 0,
+    }
+
+
+def motion_columns(wall: Wall) -> dict:
+    """Return what a wall's motion says, but for where the wall is."""
     load = np.asarray(wall.motion.load, float)
     size = float(np.linalg.norm(load))
     return {
-        "origin": wall.motion.centre,
         "velocity": wall.motion.velocity,
         "spin": wall.motion.spin,
         "load": size,
         "guide": load / size if size else load,
         "inverse_mass": 1 / wall.motion.mass if size else 0.0,
-        "first_row": (1.0, 0.0, 0.0),
-        "second_row": (0.0, 1.0, 0.0),
-        "third_row": (0.0, 0.0, 1.0),
         "extent": wall.extent() if any(wall.motion.spin) else 0.0,
-        "removed_at": wall.removed_at,
-        "material": material,
         "moves": int(wall.motion.moves),
-        "turned": 0,
     }
