@@ -1,4 +1,4 @@
-"""The page docs/effects.md, written from what every effect declares: `python -m taichidem.effects.catalogue > docs/effects.md`."""
+"""The page docs/effects.md, from what every effect declares: `python -m taichidem.effects.catalogue > docs/effects.md`."""
 
 from __future__ import annotations
 
