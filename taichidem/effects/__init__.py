@@ -3,6 +3,8 @@
 from taichidem.effects.base_tilt import BaseTilt
 from taichidem.effects.body_gravity import BodyGravity
 from taichidem.effects.cohesion_area import CohesionArea
+from taichidem.effects.cohesion_dmt import CohesionDmt
+from taichidem.effects.cohesion_jkr import CohesionJkr
 from taichidem.effects.normal_hertz import NormalHertz
 from taichidem.effects.rolling_constant_torque import RollingConstantTorque
 from taichidem.effects.rolling_spring_dashpot import RollingSpringDashpot
@@ -18,6 +20,8 @@ BUILT_IN = {
         RollingSpringDashpot,
         BodyGravity,
         CohesionArea,
+        CohesionDmt,
+        CohesionJkr,
         BaseTilt,
         SizeSpread,
     )
@@ -28,6 +32,8 @@ __all__ = [
     "BaseTilt",
     "BodyGravity",
     "CohesionArea",
+    "CohesionDmt",
+    "CohesionJkr",
     "NormalHertz",
     "RollingConstantTorque",
     "RollingSpringDashpot",
