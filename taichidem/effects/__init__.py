@@ -5,11 +5,13 @@ from taichidem.effects.body_gravity import BodyGravity
 from taichidem.effects.cohesion_area import CohesionArea
 from taichidem.effects.cohesion_dmt import CohesionDmt
 from taichidem.effects.cohesion_jkr import CohesionJkr
+from taichidem.effects.electrostatic_charge import ElectrostaticCharge
 from taichidem.effects.normal_hertz import NormalHertz
 from taichidem.effects.rolling_constant_torque import RollingConstantTorque
 from taichidem.effects.rolling_spring_dashpot import RollingSpringDashpot
 from taichidem.effects.size_spread import SizeSpread
 from taichidem.effects.tangential_mindlin import TangentialMindlin
+from taichidem.effects.wall_adhesion import WallAdhesion
 
 BUILT_IN = {
     effect.name: effect
@@ -22,6 +24,8 @@ BUILT_IN = {
         CohesionArea,
         CohesionDmt,
         CohesionJkr,
+        WallAdhesion,
+        ElectrostaticCharge,
         BaseTilt,
         SizeSpread,
     )
@@ -34,9 +38,11 @@ __all__ = [
     "CohesionArea",
     "CohesionDmt",
     "CohesionJkr",
+    "ElectrostaticCharge",
     "NormalHertz",
     "RollingConstantTorque",
     "RollingSpringDashpot",
     "SizeSpread",
     "TangentialMindlin",
+    "WallAdhesion",
 ]

@@ -1,6 +1,7 @@
 """Adhesion of hard grains by Derjaguin, Muller and Toporov: a constant pull while they touch."""
 
 import math
+from collections.abc import Mapping
 from typing import ClassVar
 
 import taichi as ti
@@ -13,12 +14,12 @@ from taichidem.materials import MaterialPair
 class CohesionDmt(ContactEffect):
     """A constant attraction between touching grains, on top of Hertz, whose contact radius it leaves as it is.
 
-    F = −2 π w R* for δ ≥ 0, and 0 for δ < 0;  w = 2γ for like surfaces
+    F = −2 π w R* for δ > 0, else 0;  w = 2γ for like surfaces
 
-    It sets in with a jump, at the touch itself (δ = 0), and ends with the same jump there. Its energy, −2 π w R* δ, has no
-    jump: a pair gets back on parting what it gained on meeting, so that only the normal effect's losses let grains
-    stick. Coulomb's cap rises by μ 2 π w R* with the load that the pull puts on the contact, as Derjaguin's law of
-    friction says; the Hertz force holds that load already.
+    It sets in with a jump as soon as the contact has a radius (at δ = 0 itself there is none) and ends with the same jump.
+    Its energy, −2 π w R* δ, has none: a pair gives back on parting what it gained on meeting, so that only the normal
+    effect's losses let grains stick. Coulomb's cap rises by μ 2 π w R* with the load that the pull puts on the contact,
+    as Derjaguin's law of friction says; the Hertz force holds that load already.
 
     Expected behaviour: as an added load between all grains: steeper heaps and drums, lumps, slower discharge; it doesn't
     depend on stiffness. Limits: hard, small grains with a Tabor parameter well below 1; surface forces out of contact,
@@ -29,7 +30,7 @@ class CohesionDmt(ContactEffect):
     title: ClassVar[str] = "Adhesion of hard spheres (DMT)"
     family: ClassVar[str] = "cohesion"
     stage: ClassVar[Stage] = Stage.ADHESION
-    needs: ClassVar = {"normal": ("normal_hertz", "normal_viscoelastic")}
+    needs: ClassVar[Mapping[str, tuple[str, ...]]] = {"normal": ("normal_hertz", "normal_viscoelastic")}
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             name="work_of_adhesion",
@@ -55,7 +56,7 @@ class CohesionDmt(ContactEffect):
     @ti.func
     def wrench(self, p, c: ti.template(), m: ti.template()):
         force = 0.0
-        if c.overlap >= 0.0:
+        if c.overlap > 0.0:
             force = -p.pull_off * c.radius
         return Wrench(force=force * c.normal, torque=vec3(0.0))
 

@@ -1,6 +1,7 @@
 """Adhesion of soft elastic grains by Johnson, Kendall and Roberts, with the hysteresis of their contact."""
 
 import math
+from collections.abc import Mapping
 from typing import ClassVar
 
 import taichi as ti
@@ -68,7 +69,7 @@ class CohesionJkr(ContactEffect):
     title: ClassVar[str] = "Adhesion of soft spheres (JKR)"
     family: ClassVar[str] = "cohesion"
     stage: ClassVar[Stage] = Stage.ADHESION
-    needs: ClassVar = {"normal": ("normal_hertz", "normal_viscoelastic")}
+    needs: ClassVar[Mapping[str, tuple[str, ...]]] = {"normal": ("normal_hertz", "normal_viscoelastic")}
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             name="work_of_adhesion",
