@@ -97,11 +97,11 @@ class Bench:
                 held_i += h.change_i
                 held_j += h.change_j
 
-    def energies(self, overlaps, effect, radius=RADIUS):
+    def energies(self, overlaps, effect, radius=RADIUS, wall=0):
         """Return the energy [J] that a conservative effect of the law declares for overlaps (n,) [m]."""
         out = np.zeros(len(overlaps))
         bound = next(b for b in self.law.contact_bound if b.effect.name == effect.name)
-        self._energies(bound.effect, bound.given, np.ascontiguousarray(overlaps), out, radius)
+        self._energies(bound.effect, bound.given, np.ascontiguousarray(overlaps), out, radius, wall)
         return out
 
     @ti.kernel
@@ -112,11 +112,14 @@ class Bench:
         overlaps: ti.types.ndarray(),
         out: ti.types.ndarray(),
         radius: ti.f64,
+        wall: ti.i32,
     ):
         for k in range(out.shape[0]):
-            c = Contact(overlap=overlaps[k], radius=0.5 * radius, radius_i=radius, radius_j=radius)
-            c.inverse_mass_i = 1.0
-            c.inverse_mass_j = 1.0
+            c = Contact(overlap=overlaps[k], radius=radius, radius_i=radius, inverse_mass_i=1.0)
+            if wall == 0:
+                c.radius = 0.5 * radius
+                c.radius_j = radius
+                c.inverse_mass_j = 1.0
             out[k] = effect.energy(given[0], c)
 
     def push(self, velocity, radius=RADIUS, mass=1.0):
@@ -182,6 +185,14 @@ def body_bench(effect):
 def reach_of(kind):
     """Return the gap up to which an effect in the middle of what is plausible acts here [m]."""
     return middle(kind).reach(PAIR, RADIUS)
+
+
+def partners_of(kind):
+    """Return 0 for an effect that acts between grains, 1 for one that acts at walls only, as `wall` wants it."""
+    if kind.family == "normal":
+        return 0
+    states = history(2, deepest_gap=0.8 * reach_of(kind))
+    return int(np.array_equal(bench(kind).answers(states), base_bench(kind).answers(states)))
 
 
 def at_rest(overlaps):

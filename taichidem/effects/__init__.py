@@ -3,11 +3,15 @@
 from taichidem.effects.base_tilt import BaseTilt
 from taichidem.effects.body_gravity import BodyGravity
 from taichidem.effects.cohesion_area import CohesionArea
+from taichidem.effects.cohesion_dmt import CohesionDmt
+from taichidem.effects.cohesion_jkr import CohesionJkr
+from taichidem.effects.electrostatic_charge import ElectrostaticCharge
 from taichidem.effects.normal_hertz import NormalHertz
 from taichidem.effects.rolling_constant_torque import RollingConstantTorque
 from taichidem.effects.rolling_spring_dashpot import RollingSpringDashpot
 from taichidem.effects.size_spread import SizeSpread
 from taichidem.effects.tangential_mindlin import TangentialMindlin
+from taichidem.effects.wall_adhesion import WallAdhesion
 
 BUILT_IN = {
     effect.name: effect
@@ -18,6 +22,10 @@ BUILT_IN = {
         RollingSpringDashpot,
         BodyGravity,
         CohesionArea,
+        CohesionDmt,
+        CohesionJkr,
+        WallAdhesion,
+        ElectrostaticCharge,
         BaseTilt,
         SizeSpread,
     )
@@ -28,9 +36,13 @@ __all__ = [
     "BaseTilt",
     "BodyGravity",
     "CohesionArea",
+    "CohesionDmt",
+    "CohesionJkr",
+    "ElectrostaticCharge",
     "NormalHertz",
     "RollingConstantTorque",
     "RollingSpringDashpot",
     "SizeSpread",
     "TangentialMindlin",
+    "WallAdhesion",
 ]

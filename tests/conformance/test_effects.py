@@ -27,6 +27,7 @@ from tests.effect_bench import (
     body_bench,
     history,
     middle,
+    partners_of,
     reach_of,
     rotation,
     turned,
@@ -194,11 +195,13 @@ def test_conservative_force_is_the_slope_of_its_energy(kind):
         [np.linspace(-0.9 * reach_of(kind), -1e-7, 40)[: 40 if reach_of(kind) else 0], np.linspace(1e-5, 2e-4, 40)]
     )
     made = bench(kind, **still)
-    force = made.run(at_rest(overlaps))[0][:, 0]
+    wall = partners_of(kind)
+    force = made.run(at_rest(overlaps), wall)[0][:, 0]
     if kind.family != "normal":
-        force = force - base_bench(kind).run(at_rest(overlaps))[0][:, 0]
+        force = force - base_bench(kind).run(at_rest(overlaps), wall)[0][:, 0]
     step = 1e-9
-    slope = (made.energies(overlaps + step, kind) - made.energies(overlaps - step, kind)) / (2 * step)
+    slope = made.energies(overlaps + step, kind, wall=wall) - made.energies(overlaps - step, kind, wall=wall)
+    slope /= 2 * step
     assert np.abs(force).max() > 0
     assert slope == pytest.approx(force, rel=1e-4, abs=1e-6 * np.abs(force).max())
 
@@ -217,10 +220,11 @@ def test_coarse_graining_keeps_what_it_promises(kind, factor):
     large[:, VELOCITY : VELOCITY + 3] *= factor**rule.speed
     large[:, SPIN_I:] *= factor ** (rule.speed - 1)
     time = factor ** (rule.overlap - rule.speed)
+    wall = partners_of(kind)
 
     def contribution(made, at, **scaled):
-        out = made.answers(at, **scaled)
-        return out if kind.family == "normal" else out - base_bench(kind).answers(at, **scaled)
+        out = made.answers(at, wall, **scaled)
+        return out if kind.family == "normal" else out - base_bench(kind).answers(at, wall, **scaled)
 
     small = contribution(bench(kind, **undamped), states)
     made = bench(kind, **undamped)
