@@ -1,5 +1,6 @@
 """Physical effects, one per file: import it here and it is a force, a factor and a hypothesis."""
 
+from taichidem.effects.air_drag import AirDrag
 from taichidem.effects.base_tilt import BaseTilt
 from taichidem.effects.body_gravity import BodyGravity
 from taichidem.effects.cohesion_area import CohesionArea
@@ -17,6 +18,7 @@ BUILT_IN = {
         RollingConstantTorque,
         RollingSpringDashpot,
         BodyGravity,
+        AirDrag,
         CohesionArea,
         BaseTilt,
         SizeSpread,
@@ -25,6 +27,7 @@ BUILT_IN = {
 
 __all__ = [
     "BUILT_IN",
+    "AirDrag",
     "BaseTilt",
     "BodyGravity",
     "CohesionArea",
