@@ -102,30 +102,18 @@ def fallen(ball: Ball, factors: Sequence[float]) -> list[CubicSpline]:
     from taichidem.materials import Material
     from taichidem.scene import Model
 
-    air = AirDrag()
-    law = [NormalHertz(restitution=0.5), BodyGravity()]
-    models = []
-    for k in factors:
-        drag = air.with_values(fluid_density=k * air.value("fluid_density"), viscosity=k * air.value("viscosity"))
-        models.append(Model([Material(ball.name, 1000.0, 1e7, 0.3)], [*law, drag] if k else law))
+    air, ground = AirDrag(), [NormalHertz(restitution=0.5), BodyGravity()]
+    density, viscosity = air.value("fluid_density"), air.value("viscosity")
+    material = Material(ball.name, 1000.0, 1e7, 0.3)  # the mass that is given below says how dense it is
+    drags = [AirDrag(fluid_density=k * density, viscosity=k * viscosity) for k in factors]
     fall = FreeFall(diameter=ball.diameter, mass=ball.mass, release_height=0.0, time=tuple(GRID))
-    outcomes = [outcome for group in _alike(models) for outcome in fall.run(group, [1] * len(group))]
+    outcomes = fall.run([Model([material], [*ground, drag]) for drag in drags], [1] * len(drags))
     failures = [str(o.failure) for o in outcomes if o.failure]
     if failures:
         raise SimulationError("Falls failed: " + " ".join(failures))
     at = np.concatenate([[0.0], GRID])
     distances = [np.concatenate([[0.0], -np.array(list(o.observables.values()))]) for o in outcomes]
     return [CubicSpline(at, d, bc_type=((1, 0.0), "not-a-knot")) for d in distances]
-
-
-def _alike(models: list) -> list[list]:
-    """Return the models in groups of one composition, as worlds of one simulation share it."""
-    groups: list[list] = []
-    for model in models:
-        if not groups or len(groups[-1][0].effects) != len(model.effects):
-            groups.append([])
-        groups[-1].append(model)
-    return groups
 
 
 def lay(ball: Ball, distance: CubicSpline) -> Fit:

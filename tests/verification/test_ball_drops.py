@@ -50,6 +50,13 @@ def test_simulated_fall_against_an_independent_integration(filmed, falls):
     assert plain(4.0) - dragged(4.0) > 20
 
 
+def test_a_factor_scales_the_whole_drag():
+    """Also where viscosity counts: a grain of 0.1 mm in a fluid twice as dense and as viscous as air."""
+    fine, times = Ball("fine", 1e-9, 1e-4, ()), np.linspace(0, 4, 41)
+    expected = independent_fall(fine, times, 2 * 1.204, 2 * 1.825e-5)
+    assert fallen(fine, [2.0])[0](times) == pytest.approx(expected, abs=1e-3)
+
+
 def test_release_is_found(filmed, falls):
     """Both models are laid in the same way; the right one finds the release and leaves nothing."""
     plain, dragged = (lay(filmed, distance) for distance in falls)
