@@ -4,7 +4,9 @@ from taichidem.effects.air_drag import AirDrag
 from taichidem.effects.base_tilt import BaseTilt
 from taichidem.effects.body_gravity import BodyGravity
 from taichidem.effects.cohesion_area import CohesionArea
+from taichidem.effects.normal_elastoplastic import NormalElastoplastic
 from taichidem.effects.normal_hertz import NormalHertz
+from taichidem.effects.normal_viscoelastic import NormalViscoelastic
 from taichidem.effects.rolling_constant_torque import RollingConstantTorque
 from taichidem.effects.rolling_spring_dashpot import RollingSpringDashpot
 from taichidem.effects.size_spread import SizeSpread
@@ -14,6 +16,8 @@ BUILT_IN = {
     effect.name: effect
     for effect in (
         NormalHertz,
+        NormalViscoelastic,
+        NormalElastoplastic,
         TangentialMindlin,
         RollingConstantTorque,
         RollingSpringDashpot,
@@ -31,7 +35,9 @@ __all__ = [
     "BaseTilt",
     "BodyGravity",
     "CohesionArea",
+    "NormalElastoplastic",
     "NormalHertz",
+    "NormalViscoelastic",
     "RollingConstantTorque",
     "RollingSpringDashpot",
     "SizeSpread",
