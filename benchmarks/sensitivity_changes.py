@@ -109,13 +109,13 @@ EFFECTS = (
     ),
     *_two(
         "cohesion_jkr",
-        ("0.03 J/m² between grains", e.CohesionJKR(work_of_adhesion=between_grains(0.03))),
-        ("0.2 J/m² between grains", e.CohesionJKR(work_of_adhesion=between_grains(0.2))),
+        ("0.03 J/m² between grains", e.CohesionJkr(work_of_adhesion=between_grains(0.03))),
+        ("0.2 J/m² between grains", e.CohesionJkr(work_of_adhesion=between_grains(0.2))),
     ),
     *_two(
         "cohesion_dmt",
-        ("0.02 J/m² between grains", e.CohesionDMT(work_of_adhesion=between_grains(0.02))),
-        ("0.15 J/m² between grains", e.CohesionDMT(work_of_adhesion=between_grains(0.15))),
+        ("0.02 J/m² between grains", e.CohesionDmt(work_of_adhesion=between_grains(0.02))),
+        ("0.15 J/m² between grains", e.CohesionDmt(work_of_adhesion=between_grains(0.15))),
     ),
     *_two(
         "liquid_bridge",
