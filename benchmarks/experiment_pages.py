@@ -79,7 +79,9 @@ def pictures() -> None:
         experiment = kind(**SPECIAL.get(name, {}))
         outcome = experiment.run(model, [1], frames=INTERVALS.get(name, FRAME_INTERVAL))[0]
         shot = picture(experiment, model, outcome, size=(700, 560))
-        Image.fromarray(shot).quantize(200, method=Image.Quantize.MAXCOVERAGE).save(DOCS / "pictures" / f"experiment_{name}.png", optimize=True)
+        Image.fromarray(shot).quantize(200, method=Image.Quantize.MAXCOVERAGE).save(
+            DOCS / "pictures" / f"experiment_{name}.png", optimize=True
+        )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The command `taichidem simulate`: one experiment, several seeds."""
+"""The command `taichidem simulate`: a study folder, or one experiment with several seeds."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from taichidem import cli_simulate_study
 from taichidem.cli_progress import progress
 from taichidem.errors import InputError
+
+MOST_SEEDS = 100_000  # a larger count is a seed that lacks its comma
 
 
 def register(app: typer.Typer) -> None:
@@ -21,44 +24,101 @@ def register(app: typer.Typer) -> None:
 
 
 def simulate(
-    experiment: Annotated[str, typer.Argument(help="Name of an experiment; see `taichidem plugins experiment`.")],
+    what: Annotated[
+        str,
+        typer.Argument(
+            metavar="STUDY|EXPERIMENT",
+            help="A study folder or its study.toml; or the name of an experiment, see `taichidem plugins experiment`.",
+        ),
+    ],
+    seeds: Annotated[
+        str | None,
+        typer.Option(
+            help="How many seeds, such as 4 (which are 1,2,3,4), or which, such as 1,2,3 ('7,' is seed 7 alone)."
+        ),
+    ] = None,
+    experiments: Annotated[
+        str | None, typer.Option(help="Study: experiments to run, such as heap,ledge; all where left out.")
+    ] = None,
+    store: Annotated[
+        Path | None, typer.Option(help="Study: file that keeps the runs; runs.sqlite in its folder where left out.")
+    ] = None,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Study: run again what failed before.")] = False,
     setting: Annotated[
-        list[str] | None, typer.Option("--set", "-s", help="A setting, such as cup_radius='50 mm'. May be repeated.")
+        list[str] | None,
+        typer.Option("--set", "-s", help="Experiment: a setting, such as cup_radius='50 mm'. May be repeated."),
     ] = None,
     parameter: Annotated[
         list[str] | None,
         typer.Option(
-            "--parameter", "-p", help="A parameter of the model, such as tangential_mindlin.static_friction=0.4."
+            "--parameter",
+            "-p",
+            help="Experiment: a parameter of the model, such as tangential_mindlin.static_friction=0.4.",
         ),
     ] = None,
-    seeds: Annotated[str, typer.Option(help="Seeds, such as 1,2,3.")] = "1",
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder for result.json and grains as VTK.")
+        Path | None, typer.Option("--output", "-o", help="Experiment: folder for result.json and grains as VTK.")
     ] = None,
-    picture: Annotated[Path | None, typer.Option(help="Draw the first seed's run to this PNG.")] = None,
-    movie: Annotated[Path | None, typer.Option(help="Write the first seed's run to this animated GIF.")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Experiment: draw the first run that went well to this PNG.")
+    ] = None,
+    movie: Annotated[
+        Path | None, typer.Option(help="Experiment: write that run as a movie to this animated GIF.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")] = False,
 ) -> None:
-    """Run an experiment on the polypropylene model and print what it measures.
+    """Run the experiments of a study into its run store (4 seeds unless told otherwise) and print what they measure.
 
-    A parameter changes the value between grains; that between grain and wall stays unless the pair is named, as in
-    normal_hertz.restitution:polypropylene-steel=0.6.
+    With the name of an experiment in place of a study: run that alone on the polypropylene model (1 seed unless told
+    otherwise). A parameter changes the value between grains; that between grain and wall stays unless the pair is named, as
+    in normal_hertz.restitution:polypropylene-steel=0.6.
     """
+    from taichidem import plugins
+
+    if cli_simulate_study.is_study(what):
+        _refuse(
+            "a study, whose file says it",
+            {"--set": setting, "--parameter": parameter, "--output": output, "--picture": picture, "--movie": movie},
+        )
+        numbers = parse_seeds(seeds or "4")
+        cli_simulate_study.simulate_study(what, experiments, numbers, store, retry_failed, as_json)
+    elif what in plugins.names("experiment"):
+        options = {"--experiments": experiments, "--store": store, "--retry-failed": retry_failed}
+        _refuse("a single experiment; they belong to a study", options)
+        numbers = parse_seeds(seeds or "1")
+        _simulate_experiment(what, setting or [], parameter or [], numbers, output, (picture, movie), as_json)
+    else:
+        raise cli_simulate_study.neither(what)
+
+
+def _refuse(case: str, options: dict[str, Any]) -> None:
+    given = [name for name, value in options.items() if value]
+    if given:
+        raise InputError(f"{', '.join(given)} can't be used with {case}. Leave it out.")
+
+
+def _simulate_experiment(
+    name: str,
+    settings: list[str],
+    parameters: list[str],
+    seeds: list[int],
+    output: Path | None,
+    drawn: tuple[Path | None, Path | None],
+    as_json: bool,
+) -> None:
     from taichidem import plugins
     from taichidem.heap_comparison import writable_folder, write_seeds
     from taichidem.library import polypropylene
 
-    numbers = parse_seeds(seeds)
     folder = None if output is None else writable_folder(output)
     model = polypropylene()
-    for text in parameter or []:
+    for text in parameters:
         model = with_parameter(model, text)
-    test = plugins.get("experiment", experiment)(**dict(_split(text) for text in setting or []))
+    test = plugins.get("experiment", name)(**dict(_split(text) for text in settings))
     with progress(quiet=as_json) as report:
         report("simulating", 0.0)
-        frames = 0.05 if picture or movie else None
-        outcomes = test.run(model, numbers, report=lambda share: report("simulating", share), frames=frames)
-    _draw(test, model, outcomes[0], picture, movie)
+        frames = 0.05 if any(drawn) else None
+        outcomes = test.run(model, seeds, report=lambda share: report("simulating", share), frames=frames)
     result = {
         "experiment": test.name,
         "units": {o.name: o.unit for o in test.observables},
@@ -75,11 +135,11 @@ def simulate(
             typer.echo(f"wrote {folder}")
     if all(o.failure for o in outcomes):
         raise typer.Exit(1)
+    if any(drawn):
+        _draw(test, model, next(o for o in outcomes if not o.failure), *drawn)
 
 
 def _draw(test: Any, model: Any, outcome: Any, picture: Path | None, movie: Path | None) -> None:
-    if picture is None and movie is None:
-        return
     from taichidem import render_experiment
 
     if picture is not None:
@@ -101,12 +161,22 @@ def _table(test: Any, outcomes: list) -> Table:
 
 
 def parse_seeds(text: str) -> list[int]:
-    """Return seeds from a text such as "1,2,3"."""
+    """Return seeds from a text: "4" is how many (1, 2, 3, 4), "1,2,3" is which, "7," is seed 7 alone."""
     parts = [part.strip() for part in text.split(",")]
-    numbers = [int(part) for part in parts if part.isdigit()]
-    if len(numbers) < len(parts) or len(set(numbers)) != len(numbers):
-        raise InputError(f"seeds is {text!r}; give different whole numbers from 0, separated by commas, such as 1,2,3.")
-    return numbers
+    if len(parts) > 1 and not parts[-1]:
+        parts.pop()
+    numbers = [int(part) for part in parts if part.isdecimal()]
+    how_many = "," not in text
+    if (
+        len(numbers) < len(parts)
+        or len(set(numbers)) != len(numbers)
+        or (how_many and not 0 < numbers[0] <= MOST_SEEDS)
+    ):
+        raise InputError(
+            f"seeds is {text!r}; give how many, from 1 to {MOST_SEEDS}, or different whole numbers from 0, separated by "
+            "commas, such as 1,2,3."
+        )
+    return list(range(1, numbers[0] + 1)) if how_many else numbers
 
 
 def parse_region(text: str | None) -> tuple[int, int, int, int] | None:

@@ -28,12 +28,26 @@ Contact = ti.types.struct(
     contact_radius=ti.f64,  # [m] a = √(R* δ)
     normal_stiffness=ti.f64,  # [N/m] secant, F_elastic / δ
     normal_damping=ti.f64,  # [N s/m]
+    # Written by cohesion and by effects that change sliding:
+    friction_load=ti.f64,  # [N] added to the normal force in Coulomb's cap, such as a pull-off force
+    friction_loss=ti.f64,  # [1] share by which the coefficient of friction is lower at this moment
     # Written by the tangential effect:
     tangential_stiffness=ti.f64,  # [N/m]
 )
+
+# What the two bodies of a contact carry of an effect's amount (liquid, say), and what the contact changes of it.
+Holding = ti.types.struct(held_i=ti.f64, held_j=ti.f64, change_i=ti.f64, change_j=ti.f64)
 
 # A force on i at the contact point and a couple on i; j receives the opposite of both.
 Wrench = ti.types.struct(force=vec3, torque=vec3)
 
 # What a body effect sees.
-Body = ti.types.struct(position=vec3, velocity=vec3, spin=vec3, mass=ti.f64, radius=ti.f64, time=ti.f64)
+Body = ti.types.struct(
+    position=vec3,
+    velocity=vec3,
+    spin=vec3,
+    mass=ti.f64,
+    radius=ti.f64,  # [m] of the sphere of equal volume
+    time=ti.f64,
+    gravity=vec3,  # [m/s²] written by gravity for the effects that come after it
+)

@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from taichidem.contact import Body, Contact, Wrench, vec3
+from taichidem.contact import Body, Contact, Holding, Wrench, vec3
 from taichidem.integrate import rotate
 from taichidem.shapes.sphere import Place
 from taichidem.state import OnTables, Status
@@ -68,6 +68,7 @@ class Contacts(OnTables):
             mass=mass,
             radius=radius,
             time=self.worlds[w].step * self.worlds[w].dt,
+            gravity=vec3(0.0),
         )
         return self.law.body_wrench(w, b)
 
@@ -104,6 +105,9 @@ class Contacts(OnTables):
         inverse_mass = self.bodies[i].inverse_mass
         evaluation = self.worlds[w].evaluation
         reach = self.worlds[w].reach
+        if ti.static(self.carries):
+            reach += self.worlds[w].skin  # a pair that parts is seen once more, so that it can give back what it holds
+        flow = 0.0
         time = self.worlds[w].step * self.worlds[w].dt
         total = Wrench(force=vec3(0.0), torque=vec3(0.0))
         spoken, spoken_before = vec3(1e300), vec3(1e300)
@@ -145,6 +149,7 @@ class Contacts(OnTables):
             if ti.static(own_only):
                 pushed[s].force = vec3(0.0)
                 pushed[s].torque = vec3(0.0)
+                pushed[s].change = 0.0
             if c.touching == 1:
                 if self.slots[kept].stamp < evaluation - 1:
                     self.law.forget(kept)
@@ -155,25 +160,45 @@ class Contacts(OnTables):
                 if c.overlap > LARGEST_OVERLAP * smaller:
                     self.worlds[w].status = int(Status.OVERLAP)
                     self.worlds[w].largest_overlap = c.overlap
-                part = self.law.contact_wrench(self.slots[s].row, kept, c)
+                h = Holding(held_i=0.0)
+                if ti.static(self.carries):
+                    h.held_i = self.amounts[i].held
+                    if partner >= 0:
+                        h.held_j = self.amounts[j].held
+                part = self.law.contact_wrench(self.slots[s].row, kept, c, h)
                 total.force += part.force
                 total.torque += c.lever_i.cross(part.force) + part.torque
                 reaction = c.lever_j.cross(part.force) + part.torque
+                flow += h.change_i
                 if ti.static(own_only):
                     pushed[s].force = part.force
                     pushed[s].torque = reaction
+                    pushed[s].change = h.change_j
                 elif partner < 0:
                     self.wall_motion.feel(-1 - partner, part.force, reaction)
                 else:
                     # Plain assignment: `+=` on a table is atomic in Taichi, even where one thread owns the world.
                     self.loads[partner].force = self.loads[partner].force - part.force
                     self.loads[partner].torque = self.loads[partner].torque - reaction
+                    if ti.static(self.carries):
+                        self.flows[partner].change = self.flows[partner].change + h.change_j
         if ti.static(not own_only):
             # Partners come after their owners, so all reactions on e are in by now.
             total.force += self.loads[e].force
             total.torque += self.loads[e].torque
         self.loads[e].force = total.force
         self.loads[e].torque = total.torque
+        if ti.static(self.carries):
+            self.flows[e].change = flow + (0.0 if ti.static(own_only) else self.flows[e].change)
+            if ti.static(self.single and not own_only):
+                self.settle_amount(e)
+
+    @ti.func
+    def settle_amount(self, e):
+        """Let a body take over what its contacts changed of the amount it carries; no contact of it is left to ask."""
+        i = self.body_of(e)
+        self.amounts[i].held = self.amounts[i].held + self.flows[e].change
+        self.flows[e].change = 0.0
 
     @ti.func
     def collect(self, w):
@@ -188,3 +213,5 @@ class Contacts(OnTables):
             i = self.owned[e].body
             self.rotors[i].force = self.rotors[i].force + self.loads[e].force
             self.rotors[i].torque = self.rotors[i].torque + self.loads[e].torque
+            if ti.static(self.carries):
+                self.settle_amount(e)

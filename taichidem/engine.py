@@ -44,7 +44,8 @@ class Engine:
         self.wall_kinds = wall_kinds
         self.single = single
         self.lanes = lanes
-        self.state = State(self.arena, sizes, single, self.law.memories, wall_kinds, schedule == "particles")
+        gathering = schedule == "particles"
+        self.state = State(self.arena, sizes, single, self.law.memories, wall_kinds, gathering, self.law.carries)
         self.law.allocate(self.arena, sizes.pair_rows, sizes.worlds, self.state.past)
         self.wall_motion = WallMotion(self.state)
         self.integrator = Integrator(self.state)

@@ -31,6 +31,18 @@ class Exchange(OnTables):
             np.column_stack([bodies.element_offset, bodies.element_radius]),
         )
 
+    def give(self, world: int, amounts: np.ndarray) -> None:
+        """Let the bodies that will be inserted next carry amounts, (n,)."""
+        if self.carries:
+            self._give(world, np.ascontiguousarray(amounts, dtype=float))
+
+    @ti.kernel
+    def _give(self, w: ti.i32, amounts: Array):
+        base = self.worlds[w].body_base + self.worlds[w].bodies
+        for k in range(amounts.shape[0]):
+            if ti.static(self.carries):
+                self.amounts[base + k].held = amounts[k]
+
     @ti.kernel
     def _insert_bodies(self, w: ti.i32, identity: ti.i32, vectors: Array, scalars: Array):
         n = vectors.shape[0]
@@ -83,13 +95,14 @@ class Exchange(OnTables):
 
     def read(self, world: int, n: int) -> dict[str, np.ndarray]:
         """Return the n bodies of a world by identity: position, velocity, spin, force, torque, orientation, mass …"""
-        out = np.zeros((n, 22))
+        out = np.zeros((n, 23))
         self._read_bodies(world, out)
         out = out[np.argsort(out[:, 0], kind="stable")]
         names = {"position": 2, "velocity": 5, "spin": 8, "force": 11, "torque": 14}
         arrays = {name: out[:, k : k + 3].copy() for name, k in names.items()}
         arrays["orientation"] = out[:, 17:21].copy()
         arrays["mass"] = out[:, 21].copy()
+        arrays["carried"] = out[:, 22].copy()
         arrays["identity"] = out[:, 0].astype(int)
         arrays["radius"] = out[:, 1].copy()
         return arrays
@@ -113,6 +126,8 @@ class Exchange(OnTables):
                 for axis in ti.static(range(4)):
                     out[k, 17 + axis] = self.rotors[i].orientation[axis]
             out[k, 21] = 1.0 / self.bodies[i].inverse_mass
+            if ti.static(self.carries):
+                out[k, 22] = self.amounts[i].held
 
     @ti.kernel
     def kinetic(self, w: ti.i32) -> ti.f64:

@@ -43,7 +43,10 @@ class WorldLayout:
 
     @property
     def slots(self) -> int:
-        return int(self.scene.partners * self.elements) + 32
+        # `partners` is meant for touching grains; what is listed grows with the volume that an effect reaches.
+        near = 2 * self.scene.largest_radius + self.skin
+        wider = (1 + self.scene.reach() / near) ** 3
+        return int(self.scene.partners * wider * self.elements) + 32
 
     @property
     def patches(self) -> int:
@@ -84,14 +87,14 @@ def lay_out(scene: Scene) -> WorldLayout:
     wall_rows = [(number, wall.kind(), row) for number, wall in enumerate(scene.walls) for row in wall.rows()]
     wall_rows.sort(key=lambda item: item[1] == FACET)
     skin = skin_of(scene)
-    reach = 2 * scene.largest_radius + skin + scene.model.reach()
+    reach = 2 * scene.largest_radius + skin + scene.reach()
     lower, upper = (np.asarray(corner, float) for corner in scene.domain)
     size = reach
     most = max(4096, 8 * scene.room)
     while np.prod(np.maximum(1, np.floor((upper - lower) / size))) > most:
         size *= 1.2  # a wide domain with few grains needs no finer grid
     x, y, z = (max(1, int(n)) for n in np.floor((upper - lower) / size) + 1)
-    near = scene.largest_radius + scene.model.reach() + skin
+    near = scene.largest_radius + scene.reach() + skin
     return WorldLayout(scene, wall_rows, size, (x, y, z), _grids(wall_rows, near))
 
 
@@ -189,7 +192,7 @@ class Loader:
             "materials": len(scene.model.materials),
             "dt": scene.dt,
             "skin": layout.skin,
-            "reach": scene.model.reach(),
+            "reach": scene.reach(),
             "largest_radius": scene.largest_radius,
         }
         self.access["worlds"].write(world, [values])
@@ -267,21 +270,27 @@ class Loader:
 
 def wall_row(material: int, wall: Wall) -> dict:
     """Return the kernel row of a wall's rigid motion."""
+    return motion_columns(wall) | {
+        "origin": wall.motion.centre,
+        "first_row": (1.0, 0.0, 0.0),
+        "second_row": (0.0, 1.0, 0.0),
+        "third_row": (0.0, 0.0, 1.0),
+        "removed_at": wall.removed_at,
+        "material": material,
+        "turned": 0,
+    }
+
+
+def motion_columns(wall: Wall) -> dict:
+    """Return what a wall's motion says, but for where the wall is."""
     load = np.asarray(wall.motion.load, float)
     size = float(np.linalg.norm(load))
     return {
-        "origin": wall.motion.centre,
         "velocity": wall.motion.velocity,
         "spin": wall.motion.spin,
         "load": size,
         "guide": load / size if size else load,
         "inverse_mass": 1 / wall.motion.mass if size else 0.0,
-        "first_row": (1.0, 0.0, 0.0),
-        "second_row": (0.0, 1.0, 0.0),
-        "third_row": (0.0, 0.0, 1.0),
         "extent": wall.extent() if any(wall.motion.spin) else 0.0,
-        "removed_at": wall.removed_at,
-        "material": material,
         "moves": int(wall.motion.moves),
-        "turned": 0,
     }

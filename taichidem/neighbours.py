@@ -110,6 +110,8 @@ class Neighbours(OnTables):
         self.bodies[new] = self.bodies[old]
         self.labels[new].identity = self.labels[old].identity
         self.labels[new].radius = self.labels[old].radius
+        if ti.static(self.carries):
+            self.amounts[new].held = self.amounts[old].held
         if ti.static(self.single):
             self._copy_element(old, new)
         else:

@@ -178,6 +178,13 @@ class ParticlesSchedule(OnTables):
                 torque = torque - self.reactions[slot].torque
             self.loads[e].force = self.loads[e].force + force
             self.loads[e].torque = self.loads[e].torque + torque
+            if ti.static(self.carries):
+                change = 0.0
+                for k in range(self.inbound[e].start, self.inbound[e].end):
+                    change = change + self.reactions[self.incoming[k].slot].change
+                self.flows[e].change = self.flows[e].change + change
+                if ti.static(self.single):
+                    self.contacts.settle_amount(e)
 
     @ti.kernel
     def has_loaded_wall(self, w: ti.i32) -> ti.i32:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -66,11 +67,9 @@ class World:
         """Return where a wall is and what the grains do to it."""
         return self.simulation.wall(name, self.number)
 
-    def move_wall(
-        self, name: str, *, velocity: Sequence[float] | None = None, spin: Sequence[float] | None = None
-    ) -> None:
-        """Give a wall another velocity [m/s] or spin [rad/s]."""
-        self.simulation.move_wall(name, velocity=velocity, spin=spin, world=self.number)
+    def move_wall(self, name: str, **changes: Any) -> None:
+        """Give a wall another velocity, spin or load; see `Simulation.move_wall`."""
+        self.simulation.move_wall(name, **changes, world=self.number)
 
     def remove_wall(self, name: str) -> None:
         """Take a wall away now."""

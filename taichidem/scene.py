@@ -89,9 +89,11 @@ class Model:
         none = BodyGravity(x=0.0, y=0.0, z=0.0)
         return Model(self.materials, [none if isinstance(e, BodyGravity) else e for e in self.effects])
 
-    def reach(self) -> float:
-        """Return the largest gap [m] at which an effect acts."""
-        return max((e.reach() for e in self.effects if isinstance(e, ContactEffect)), default=0.0)
+    def reach(self, largest_radius: float, grain_names: set[str]) -> float:
+        """Return the largest gap [m] at which an effect acts on grains up to a radius [m] of the named materials."""
+        pairs = [pair for pair in self.pairs() if pair.first.name in grain_names]
+        contact = [e for e in self.effects if isinstance(e, ContactEffect)]
+        return max((e.reach(pair, largest_radius) for e in contact for pair in pairs), default=0.0)
 
     def with_value(self, name: str, value: float, pair: str | None = None) -> Model:
         """Return a copy with the parameter "effect.parameter" changed.
@@ -118,8 +120,7 @@ class Model:
             changed = pair or f"{first}-{first}"
             reverse = "-".join(reversed(changed.split("-")))
             new = {k: v for k, v in every.items() if k != reverse and v is not None} | {changed: value}
-        options = {k: v for k, v in vars(effect).items() if k != "values"}
-        replaced = type(effect)(**options, **{**effect.values, parameter: new})
+        replaced = effect.with_values(**{parameter: new})
         return Model(self.materials, [replaced if e is effect else e for e in self.effects])
 
 
@@ -258,6 +259,10 @@ class Scene:
             known = range(len(self.model.materials))
             return {self.model.materials[k].name for k in np.unique(self.bodies.element_material) if k in known}
         return {m.name for m in self.model.materials}
+
+    def reach(self) -> float:
+        """Return the largest gap [m] at which an effect acts in this scene."""
+        return self.model.reach(self.largest_radius, self.grain_names)
 
     def rayleigh_time(self) -> float:
         """Return the shortest Rayleigh time of the scene's grains [s]."""

@@ -9,7 +9,9 @@ import numpy as np
 
 from taichidem import runtime
 from taichidem.bodies import Bodies
+from taichidem.effects.base import ContactEffect
 from taichidem.errors import InputError, SimulationError, unknown_name
+from taichidem.loading import motion_columns
 from taichidem.scene import Scene
 from taichidem.walls import Motion, Wall
 
@@ -24,6 +26,7 @@ class Snapshot:
         orientation: quaternions (w, x, y, z), (n, 4); identity for single spheres, which need none.
         mass, radius: (n,).
         identity: number given at insertion, (n,).
+        carried: what each body holds of an effect's amount, such as liquid [m³], (n,); zero where no effect has one.
         kinetic_energy: of motion and rotation [J].
         left: bodies that left the domain so far.
         rebuilds: neighbour lists built so far.
@@ -39,6 +42,7 @@ class Snapshot:
     mass: np.ndarray
     radius: np.ndarray
     identity: np.ndarray
+    carried: np.ndarray
     kinetic_energy: float
     left: int
     rebuilds: int
@@ -151,6 +155,9 @@ class Simulation:
                 f"World {world} has room for {int(row['element_capacity'])} elements, of which {int(row['elements'])} are "
                 f"taken; {len(bodies.element_body)} more were given. Raise `room` of the scene."
             )
+        for effect in self.scenes[world].model.effects:
+            if isinstance(effect, ContactEffect) and effect.carries:
+                self._exchange.give(world, effect.initial_amounts(bodies.mass, bodies.radius))
         self._exchange.insert(world, bodies, self._inserted[world])
         self._inserted[world] += len(bodies)
 
@@ -223,26 +230,32 @@ class Simulation:
         *,
         velocity: Sequence[float] | None = None,
         spin: Sequence[float] | None = None,
+        load: Sequence[float] | None = None,
+        mass: float = 0.0,
         world: int = 0,
     ) -> None:
-        """Give a wall another velocity [m/s] or spin [rad/s] about the centre of its motion; what is left out stays.
+        """Give a wall another velocity [m/s], spin [rad/s] about the centre of its motion, or load; what is left out stays.
+
+        Args:
+            load: force [N] that pushes the wall from now on, as `Motion.load`; (0, 0, 0) makes it move as it is told.
+            mass: of a wall that is given a load [kg].
 
         Raises:
-            InputError: no wall of that name, several, or numbers that are not finite.
+            InputError: no wall of that name, several, numbers that are not finite, or a load without a mass.
         """
         number, wall = self._wall_number(name, world)
         access = self._engine.access["walls"]
         row = access.read_row(number)
-        held = Motion(
+        if load is None:
+            load, mass = row["load"] * row["guide"], 1 / row["inverse_mass"] if row["inverse_mass"] else 0.0
+        motion = Motion(
             velocity=tuple(row["velocity"] if velocity is None else velocity),
             spin=tuple(row["spin"] if spin is None else spin),
             centre=wall.motion.centre,
+            load=tuple(load),
+            mass=mass,
         )
-        turning = replace(wall, motion=held)
-        extent = turning.extent() if any(held.spin) else 0.0
-        moves = int(held.moves or row["inverse_mass"] > 0)
-        row |= {"velocity": held.velocity, "spin": held.spin, "extent": extent, "moves": moves}
-        access.write(number, [row])
+        access.write(number, [row | motion_columns(replace(wall, motion=motion))])
 
     def remove_wall(self, name: str, *, world: int = 0) -> None:
         """Take a wall away now, at once.

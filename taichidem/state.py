@@ -167,13 +167,25 @@ _CORNER_EDGE = {"along": vec3}
 
 
 class State:
-    """All tables but those of the effects; `single` says that every body is one sphere about its own centre."""
+    """All tables but those of the effects.
+
+    `single` says that every body is one sphere about its own centre, `carries` that bodies hold an amount that contacts
+    exchange, `gathering` that reactions are left in a table of their own.
+    """
 
     def __init__(
-        self, arena: Arena, sizes: Sizes, single: bool, memories: list[dict], wall_kinds: tuple, gathering: bool
+        self,
+        arena: Arena,
+        sizes: Sizes,
+        single: bool,
+        memories: list[dict],
+        wall_kinds: tuple,
+        gathering: bool,
+        carries: bool,
     ) -> None:
         self.sizes = sizes
         self.single = single
+        self.carries = carries
         self.members = {"worlds": _WORLD, "walls": _WALL, "wall_elements": _WALL_ELEMENT, "corner_edges": _CORNER_EDGE}
         self.members |= {"sides": SIDE_COLUMNS, "meshes": _MESH, "mesh_cells": _MESH_CELL, "mesh_facets": _MESH_FACET}
         self.members |= {kind.name: kind.columns for kind in wall_kinds}
@@ -188,9 +200,13 @@ class State:
         self.labels = arena.table(2 * sizes.bodies, _LABEL)
         self.slots, *self.past = arena.tables(2 * sizes.slots, _SLOT, *memories)
         if gathering:  # the schedule over particles leaves reactions per slot and gathers them per partner
-            self.reactions = arena.table(2 * sizes.slots, {"force": vec3, "torque": vec3})
+            self.reactions = arena.table(2 * sizes.slots, {"force": vec3, "torque": vec3, "change": ti.f64})
             self.incoming = arena.table(2 * sizes.slots, {"slot": ti.i32})
             self.inbound = arena.table(2 * sizes.elements, {"start": ti.i32, "end": ti.i32})
+        self.amounts = self.flows = None
+        if carries:  # what bodies hold of an effect's amount, and what an evaluation changes of it by element
+            self.amounts = arena.table(2 * sizes.bodies, {"held": ti.f64})
+            self.flows = arena.table(2 * (sizes.bodies if single else sizes.elements), {"change": ti.f64})
         # One more row per world closes the last cell.
         self.cells = arena.table(sizes.cells + sizes.worlds, {"start": ti.i32, "cursor": ti.i32})
         self.walls = arena.table(sizes.walls, _WALL)
@@ -213,7 +229,8 @@ class OnTables:
     """Base of kernel code: the tables of a state under its own name."""
 
     def __init__(self, state: State) -> None:
-        self.single = state.single
+        self.single, self.carries = state.single, state.carries
+        self.amounts, self.flows = state.amounts, state.flows
         self.worlds, self.bodies, self.rotors, self.labels = state.worlds, state.bodies, state.rotors, state.labels
         self.loads, self.elements, self.owned, self.slots = state.loads, state.elements, state.owned, state.slots
         self.walls, self.wall_elements = state.walls, state.wall_elements

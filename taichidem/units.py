@@ -46,7 +46,8 @@ def _convert(text: str, unit: str, name: str) -> float:
         pass
     try:
         quantity = _registry()(text)
-        return float(quantity.to("" if unit == "1" else unit).magnitude)
+        # 15 digits are as many as a text and a float have in common: "72 mm" is 0.072 to the last bit.
+        return float(f"{quantity.to('' if unit == '1' else unit).magnitude:.15g}")
     except pint.DimensionalityError as error:
         raise InputError(f"{name} is {text!r}, in {error.units1}; it needs a unit that converts to {unit}.") from error
     except Exception as error:

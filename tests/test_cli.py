@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import subprocess
 import sys
@@ -15,7 +14,6 @@ import pyvista as pv
 from analysis.errors import AnalysisError
 from taichidem import __version__, heap_comparison
 from taichidem.cli import main
-from taichidem.experiments import FixedFunnel
 from tests.small_heap import SMALL, SMALL_TYPED
 
 FILES = ("heap.png", "profile.png", "angle.png", "result.json", "grains_seed_1.vtp", "walls.vtp")
@@ -137,7 +135,7 @@ def test_repose_measures_a_picture(command, picture, tmp_path):
 @pytest.fixture
 def small_by_default(monkeypatch):
     """The demo with a small heap in place of the paper's."""
-    monkeypatch.setattr(heap_comparison, "FixedFunnel", functools.partial(FixedFunnel, **SMALL))
+    monkeypatch.setattr(heap_comparison, "PAPER_HEAP", SMALL)
 
 
 @pytest.mark.usefixtures("small_by_default")

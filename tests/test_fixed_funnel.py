@@ -124,6 +124,7 @@ def cone(angle_deg: float) -> Snapshot:
         kinetic_energy=0.0,
         radius=np.full(n, 0.003),
         identity=np.arange(n),
+        carried=np.zeros(n),
         left=0,
         rebuilds=0,
     )

@@ -40,6 +40,12 @@ def test_a_thousandth_is_a_thousandth(number):
     assert to_si(number, "m") == number
 
 
+@given(st.integers(1, 10**6))
+def test_a_quantity_is_the_same_number_however_it_is_written(number):
+    assert to_si(f"{number} mm", "m") == to_si(number / 1000, "m")
+    assert to_si(f"{number / 1000} MPa", "Pa") == to_si(number * 1000, "Pa")
+
+
 def test_a_mismatch_names_what_was_given_and_what_is_needed():
     with pytest.raises(InputError, match=r"cup_radius is '50 kg', in kilogram; it needs a unit that converts to m\."):
         to_si("50 kg", "m", "cup_radius")

@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -26,9 +26,10 @@ class Stage(IntEnum):
 
     NORMAL = 0
     ADHESION = 1
-    TANGENTIAL = 2
-    ROLLING = 3
-    TWISTING = 4
+    SLIDING = 2  # changes how the tangential effect slides
+    TANGENTIAL = 3
+    ROLLING = 4
+    TWISTING = 5
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ class Parameter:
         vanishing: value at which the effect does nothing, or None where there is none.
         default: value used when none is given; None makes the parameter required.
         per_pair: True if each pair of materials may have its own value.
+        coarse_graining: exponent k of the rule p′ = s^k p for grains s times as large.
         meaning: one sentence.
     """
 
@@ -56,6 +58,7 @@ class Parameter:
     default: float | None = None
     per_pair: bool = True
     open_low: bool = False
+    coarse_graining: float = 0.0
 
     def check(self, effect: str, where: str, value: float) -> float:
         """Return the value as a float; raise InputError when it is no number or out of bounds."""
@@ -88,6 +91,29 @@ class Memory:
     odd: bool = True
 
 
+@dataclass(frozen=True)
+class Similarity:
+    """What coarse graining keeps: where grains are s times as large, overlap, speed and force follow as powers of s.
+
+    With the moduli and the density kept, a Hertz contact under its grain's weight has overlap ∝ s^(5/3) and force ∝ s³; one
+    in a collision of given speed has overlap ∝ s and force ∝ s². An effect names the case in which it stays similar; the
+    conformance suite evaluates its kernel on both sides.
+
+    Args:
+        kept: the invariant in words, such as "pull-off force over weight".
+        overlap, speed, force: exponents of s.
+    """
+
+    kept: str
+    overlap: float
+    speed: float
+    force: float
+
+
+UNDER_WEIGHT = (5 / 3, 0.0, 3.0)  # exponents of overlap, speed and force of a contact that carries a weight
+IN_COLLISION = (1.0, 0.0, 2.0)  # and of one in a collision of given speed
+
+
 class Effect:
     """Base of all effects; holds the values a user gave and checks them.
 
@@ -101,6 +127,8 @@ class Effect:
     title: ClassVar[str] = ""
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     family: ClassVar[str] = ""  # at most one effect of a family in a model, "" where any number may act together
+    needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}  # family → names of which one must be there, () for any
+    similarity: ClassVar[Similarity | None] = None  # what coarse graining keeps
     visible_as: ClassVar[str] = ""  # what a person sees when it is strong
     source: ClassVar[str] = ""
 
@@ -152,10 +180,27 @@ class Effect:
         )
 
     @property
+    def options(self) -> dict[str, object]:
+        """What was chosen at construction besides the values; another option is another kernel."""
+        return {name: held for name, held in vars(self).items() if name != "values"}
+
+    def with_values(self, **changes: "float | PairValues") -> "Effect":
+        """Return a copy with some values changed."""
+        given: dict[str, Any] = {**self.options, **self.values, **changes}
+        return type(self)(**given)
+
+    def coarse_grained(self, factor: float) -> "Effect":
+        """Return the effect for grains `factor` times as large, p′ = s^k p for every parameter."""
+        changes: dict[str, float | PairValues] = {}
+        for p in self.parameters:
+            held, scale = self.values[p.name], factor**p.coarse_graining
+            changes[p.name] = {k: v * scale for k, v in held.items()} if isinstance(held, dict) else held * scale
+        return self.with_values(**changes)
+
+    @property
     def composition(self) -> tuple:
         """What the compiled kernel depends on: the class and its options (every attribute but the values)."""
-        options = sorted((name, held) for name, held in vars(self).items() if name != "values")
-        return (type(self), *options)
+        return (type(self), *sorted(self.options.items()))
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.values.items())})"
@@ -166,20 +211,33 @@ class ContactEffect(Effect):
 
     A subclass declares `stage`, `memory`, `coefficients` (names of the numbers its kernel needs) and writes
     `kernel_coefficients` (Python: parameters and materials → those numbers) and `wrench` (a `ti.func`).
+
+    An effect that acts before touch returns a `reach`. One whose bodies carry an amount that contacts exchange (liquid, say)
+    names it in `carries`, returns `initial_amounts`, and its `wrench` takes a Holding as last argument.
     """
 
     stage: ClassVar[Stage]
     memory: ClassVar[tuple[Memory, ...]] = ()
     coefficients: ClassVar[tuple[str, ...]] = ()
-    conservative: ClassVar[bool] = False
+    carries: ClassVar[str] = ""  # name and unit of the amount that bodies carry, such as "liquid [m^3]"
+    conservative: ClassVar[bool] = False  # True: has a ti.func `energy(p, c)` whose slope is the force
 
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
         """Return the numbers named in `coefficients` for a pair of materials."""
         return {name: self.value(name, pair) for name in self.coefficients}
 
-    def reach(self) -> float:
-        """Return the surface gap [m] up to which the effect acts; 0 for effects of touching grains only."""
+    def reach(self, pair: MaterialPair, largest_radius: float) -> float:
+        """Return the surface gap [m] up to which the effect acts on a pair; 0 for effects of touching grains only.
+
+        Args:
+            pair: materials of the contact.
+            largest_radius: of any grain that will ever be there [m].
+        """
         return 0.0
+
+    def initial_amounts(self, mass: np.ndarray, radius: np.ndarray) -> np.ndarray:
+        """Return what new bodies of mass [kg] and radius [m], (n,), carry of the amount named in `carries`."""
+        return np.zeros(len(mass))
 
     def wrench(self, p, c, m):  # type: ignore[no-untyped-def]
         """Return the Wrench on side i; `p` coefficients, `c` Contact, `m` this effect's memory."""
@@ -203,7 +261,10 @@ class SetupEffect(Effect):
 
 
 class BodyEffect(Effect):
-    """A force or couple on a single body; `wrench(p, b)` is a `ti.func`, its parameters are one number per world."""
+    """A force or couple on a single body; `wrench(p, b)` is a `ti.func`, its parameters are one number per world.
+
+    Gravity acts first and leaves its field in `b.gravity`.
+    """
 
     @property
     def coefficients(self) -> tuple[str, ...]:

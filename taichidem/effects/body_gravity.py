@@ -5,7 +5,7 @@ from typing import ClassVar
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
-from taichidem.effects.base import BodyEffect, Parameter
+from taichidem.effects.base import UNDER_WEIGHT, BodyEffect, Parameter, Similarity
 
 
 def _component(name: str, default: float) -> Parameter:
@@ -35,8 +35,10 @@ class BodyGravity(BodyEffect):
     family: ClassVar[str] = "gravity"
     parameters: ClassVar[tuple[Parameter, ...]] = (_component("x", 0.0), _component("y", 0.0), _component("z", -9.81))
     visible_as: ClassVar[str] = "things fall"
+    similarity: ClassVar[Similarity] = Similarity("acceleration of free fall", *UNDER_WEIGHT)
     source: ClassVar[str] = "CGPM 1901 for 9.80665; benches here use 9.81 m/s²"
 
     @ti.func
     def wrench(self, p, b: ti.template()):
-        return Wrench(force=b.mass * vec3(p.x, p.y, p.z), torque=vec3(0.0))
+        b.gravity = vec3(p.x, p.y, p.z)
+        return Wrench(force=b.mass * b.gravity, torque=vec3(0.0))

@@ -25,11 +25,30 @@ def check_composition(effects: tuple[Effect, ...]) -> None:
                 f"{effect.name!r} and {seen[key].name!r} are both of family {key!r}, of which a model holds one. Leave one out."
             )
         seen[key] = effect
+    for effect in effects:
+        _check_needs(effect, seen)
     contact = [e for e in effects if isinstance(e, ContactEffect)]
+    carriers = [e.name for e in contact if e.carries]
+    if len(carriers) > 1:
+        raise CompositionError(
+            f"{' and '.join(carriers)} both let grains carry an amount; a model holds one such effect."
+        )
     if contact and not any(e.family == "normal" for e in contact):
         raise CompositionError(
             f"{', '.join(e.name for e in contact)} act on a contact force that no effect makes. Add one of family 'normal'."
         )
+
+
+def _check_needs(effect: Effect, present: dict[str, Effect]) -> None:
+    """Raise CompositionError when an effect builds on one that is not there."""
+    for family, names in effect.needs.items():
+        found = present.get(family)
+        if found is None or (names and found.name not in names):
+            wanted = " or ".join(names) or f"one of family {family!r}"
+            held = f"holds {found.name}" if found else "holds none"
+            raise CompositionError(
+                f"{effect.name!r} needs {wanted}; the model {held}. Add it, or leave {effect.name!r} out."
+            )
 
 
 def contact_effects(effects: tuple[Effect, ...]) -> tuple[ContactEffect, ...]:
@@ -38,8 +57,10 @@ def contact_effects(effects: tuple[Effect, ...]) -> tuple[ContactEffect, ...]:
 
 
 def body_effects(effects: tuple[Effect, ...]) -> tuple[BodyEffect, ...]:
-    """Return the body effects in a fixed order."""
-    return tuple(sorted((e for e in effects if isinstance(e, BodyEffect)), key=lambda e: e.name))
+    """Return the body effects in a fixed order, gravity first."""
+    return tuple(
+        sorted((e for e in effects if isinstance(e, BodyEffect)), key=lambda e: (e.family != "gravity", e.name))
+    )
 
 
 @dataclass
@@ -75,6 +96,7 @@ class Law:
         self.contact_bound: list[_Bound] = []
         self.body_bound: list[_Bound] = []
         self.kept: list[_Kept] = []
+        self.carries = any(e.carries for e in self.contact)  # bodies carry an amount that contacts exchange
 
     @property
     def memories(self) -> list[dict]:
@@ -95,11 +117,15 @@ class Law:
             self.body_bound.append(_Bound(body_effect, given, None))
 
     @ti.func
-    def contact_wrench(self, row, slot, c: ti.template()):
+    def contact_wrench(self, row, slot, c: ti.template(), h: ti.template()):
         """Return the wrench on side i of a touching pair; `row` of the coefficients, `slot` of the memory."""
         total = Wrench(force=vec3(0.0), torque=vec3(0.0))
         for bound in ti.static(self.contact_bound):
-            if ti.static(not bound.remembers):
+            if ti.static(bound.effect.carries != ""):
+                part = bound.effect.wrench(bound.given[row], c, bound.past[slot], h)
+                total.force += part.force
+                total.torque += part.torque
+            elif ti.static(not bound.remembers):
                 part = bound.effect.wrench(bound.given[row], c, 0)
                 total.force += part.force
                 total.torque += part.torque

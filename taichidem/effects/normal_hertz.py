@@ -7,7 +7,7 @@ import taichi as ti
 from scipy.optimize import brentq
 
 from taichidem.contact import Wrench, vec3
-from taichidem.effects.base import ContactEffect, Parameter, Stage
+from taichidem.effects.base import IN_COLLISION, ContactEffect, Parameter, Similarity, Stage
 from taichidem.errors import InputError
 from taichidem.materials import MaterialPair
 
@@ -83,6 +83,8 @@ class NormalHertz(ContactEffect):
     )
     coefficients: ClassVar[tuple[str, ...]] = ("stiffness", "damping")
     visible_as: ClassVar[str] = "how high grains bounce; with little restitution heaps are steeper and settle sooner"
+    similarity: ClassVar[Similarity] = Similarity("overlap over radius, and restitution, in a collision", *IN_COLLISION)
+    conservative: ClassVar[bool] = True
     source: ClassVar[str] = "Antypov & Elliott (2011), doi 10.1209/0295-5075/94/50004"
 
     def __init__(self, attraction: bool = True, **values) -> None:  # type: ignore[no-untyped-def]

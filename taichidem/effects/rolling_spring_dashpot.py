@@ -5,7 +5,7 @@ from typing import ClassVar
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
-from taichidem.effects.base import ContactEffect, Memory, Parameter, Stage
+from taichidem.effects.base import UNDER_WEIGHT, ContactEffect, Memory, Parameter, Similarity, Stage
 from taichidem.materials import MaterialPair
 
 
@@ -48,6 +48,7 @@ class RollingSpringDashpot(ContactEffect):
     memory: ClassVar[tuple[Memory, ...]] = (Memory("couple"), Memory("normal_stiffness", size=1, odd=False))
     coefficients: ClassVar[tuple[str, ...]] = ("rolling_friction", "rolling_damping")
     visible_as: ClassVar[str] = "steeper heaps that stand still; balls rest on gentle slopes"
+    similarity: ClassVar[Similarity] = Similarity("rolling couple over weight times radius", *UNDER_WEIGHT)
     source: ClassVar[str] = "Ai, Chen, Rotter & Ooi (2011), doi 10.1016/j.powtec.2010.09.030, model C"
 
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:

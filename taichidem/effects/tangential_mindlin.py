@@ -6,7 +6,7 @@ from typing import ClassVar
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
-from taichidem.effects.base import ContactEffect, Memory, Parameter, Stage
+from taichidem.effects.base import UNDER_WEIGHT, ContactEffect, Memory, Parameter, Similarity, Stage
 from taichidem.materials import MaterialPair
 
 SMALLEST_RADIUS = 1e-300  # [m] keeps the quotient finite when a contact begins
@@ -46,6 +46,7 @@ class TangentialMindlin(ContactEffect):
     memory: ClassVar[tuple[Memory, ...]] = (Memory("force"), Memory("contact_radius", size=1, odd=False))
     coefficients: ClassVar[tuple[str, ...]] = ("friction", "stiffness", "damping_share")
     visible_as: ClassVar[str] = "steeper heaps, slower hoppers; grains roll instead of slipping"
+    similarity: ClassVar[Similarity] = Similarity("tangential force over weight", *UNDER_WEIGHT)
     source: ClassVar[str] = "Thornton, Cummins & Cleary (2013), doi 10.1016/j.powtec.2012.08.012"
 
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
@@ -68,7 +69,7 @@ class TangentialMindlin(ContactEffect):
         held = held * ti.min(1.0, c.contact_radius / ti.max(m.contact_radius, SMALLEST_RADIUS))
         c.tangential_stiffness = p.stiffness * c.contact_radius
         held = held - (c.tangential_stiffness * c.dt) * slip
-        cap = p.friction * ti.max(c.normal_force, 0.0)
+        cap = p.friction * (1.0 - c.friction_loss) * ti.max(c.normal_force + c.friction_load, 0.0)
         size = held.dot(held)
         force = held
         if size > cap * cap:

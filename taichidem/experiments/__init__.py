@@ -8,6 +8,7 @@ from taichidem.experiments.hopper_discharge import HopperDischarge
 from taichidem.experiments.ledge import Ledge
 from taichidem.experiments.lifting_cylinder import LiftingCylinder
 from taichidem.experiments.rebound import Rebound
+from taichidem.experiments.rolling_ball import RollingBall
 from taichidem.experiments.rotating_drum import RotatingDrum
 from taichidem.experiments.shear_box import ShearBox
 
@@ -20,6 +21,7 @@ BUILT_IN = {
         HopperDischarge,
         RotatingDrum,
         Rebound,
+        RollingBall,
         FreeFall,
         ShearBox,
         LiftingCylinder,
@@ -38,6 +40,7 @@ __all__ = [
     "Observable",
     "Outcome",
     "Rebound",
+    "RollingBall",
     "RotatingDrum",
     "Settings",
     "ShearBox",

@@ -16,13 +16,12 @@ from taichidem.procedure import Procedure, World, rain, wait
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot
 from taichidem.units import Duration, Length, Speed, Stresses, quantity
-from taichidem.walls import Motion, Plane, Wall
+from taichidem.walls import Plane, Wall
 
 SAMPLES = 500  # of the shear force
 SMOOTHING = 25  # samples of a running mean, in whose course the peak is looked for
 STEADY = 1 / 3  # of the displacement, at its end, over which the steady stress is taken
-TOSS = 0.01  # [s] between two tosses of the lid while it waits
-LOWERING = 0.2  # [s] in which it comes down onto the grains
+LOWERING = 0.2  # [s] in which the lid comes down onto the grains
 ONE = (
     Observable("peak_shear_stress", "Pa", "Largest shear stress, of its running mean."),
     Observable("steady_shear_stress", "Pa", "Mean shear stress over the last third of the displacement."),
@@ -107,18 +106,17 @@ class ShearBox(Experiment):
         return s.diameter + loose_height(s.diameter / 2, s.particles, self._area)
 
     def walls(self, model: Model) -> tuple[Wall, ...]:
-        """Return the lower half with its floor, the upper half, and the lid above all grains, loaded."""
+        """Return the lower half with its floor, the upper half, and the lid above all grains."""
         s, material = self.settings, self.wall_material(model)
         top = self._rain_top() + s.diameter
         box = (s.length, s.width, s.lower_height)
         flange = s.shear_displacement + s.diameter
-        weight = Motion(load=(0.0, 0.0, -s.normal_stresses[0] * self._area), mass=s.particles * self.grain(model).mass)
         size = 0.45 * min(s.length, s.width)
         centre = (s.length / 2, s.width / 2, top)
         return (
             lower_half(*box, flange, material),
             upper_half(*box, top, flange, material),
-            Plane(name="lid", material=material, point=centre, normal=(0, 0, -1), motion=weight, picture_size=size),
+            Plane(name="lid", material=material, point=centre, normal=(0, 0, -1), picture_size=size),
         )
 
     def scene(self, model: Model) -> Scene:
@@ -135,10 +133,13 @@ class ShearBox(Experiment):
         margin = 0.1 * s.diameter
         region = BoxRegion((margin,) * 3, (s.length - margin, s.width - margin, self._rain_top()))
         rain(world, self.grain(model), region, s.particles)
-        yield from self._hold_lid(world, s.settle_time, total, down_to=None)
+        yield from wait(world, s.settle_time, total)
         grains = world.snapshot()
         gap = self._rain_top() + s.diameter - float((grains.position[:, 2] + grains.radius).max())
-        yield from self._hold_lid(world, LOWERING, total, down_to=-gap)
+        world.move_wall("lid", velocity=(0.0, 0.0, -gap / LOWERING))
+        yield from wait(world, LOWERING, total)
+        load = (0.0, 0.0, -s.normal_stresses[0] * self._area)
+        world.move_wall("lid", velocity=(0.0, 0.0, 0.0), load=load, mass=float(grains.mass.sum()))
         yield from wait(world, s.consolidation_time, total)
         grains = world.snapshot()
         above = grains.position[:, 2] > s.lower_height
@@ -151,20 +152,6 @@ class ShearBox(Experiment):
             half, lid = world.wall("lower half"), world.wall("lid")
             world.note(displacement=half.centre[0], lid_rise=lid.centre[2] - start)
             world.note(shear_force=-half.force[0], normal_force=-half.force[2])
-
-    def _hold_lid(self, world: World, duration: float, total: float, down_to: float | None) -> Procedure:
-        """Keep the loaded lid up by tossing it again and again, or bring it down to a place softly; nothing touches it yet."""
-        motion = world.simulation.scenes[world.number].walls[2].motion
-        falls = -motion.load[2] / motion.mass
-        began, place = world.time, world.wall("lid").centre[2]
-        target = place if down_to is None else down_to
-        for pause in wait(world, duration, total, TOSS):
-            ahead = min(1.0, (world.time - began + pause) / duration)
-            aim = place + (target - place) * ahead
-            speed = (aim - world.wall("lid").centre[2]) / pause + falls * pause / 2
-            world.move_wall("lid", velocity=(0.0, 0.0, speed))
-            yield pause
-        world.move_wall("lid", velocity=(0.0, 0.0, 0.0))
 
     def measure(self, snapshot: Snapshot, record: Mapping[str, list]) -> tuple[dict[str, float], dict[str, Any]]:
         stress = np.asarray(record["shear_force"]) / self._area

@@ -70,6 +70,23 @@ def test_a_removed_wall_no_longer_carries(schedule):
     assert not np.any(simulation.wall("floor").force)
 
 
+def test_a_wall_may_be_loaded_and_held_during_a_run(schedule):
+    held = Plane(name="lid", material="rigid", point=(0, 0, 0.05), normal=(0, 0, -1))
+    simulation = pressed(schedule, held)
+    simulation.run(0.2)
+    assert not np.any(simulation.wall("lid").centre)
+    simulation.move_wall("lid", load=(0.0, 0.0, -3.0), mass=0.2)
+    simulation.run(1.0)
+    assert simulation.wall("lid").force[2] == pytest.approx(3.0, rel=1e-2)
+    simulation.move_wall("lid", spin=(0.0, 0.0, 1.0))  # what is left out stays, the load too
+    simulation.run(0.1)
+    assert simulation.wall("lid").force[2] == pytest.approx(3.0, rel=1e-2)
+    simulation.move_wall("lid", load=(0.0, 0.0, 0.0), velocity=(0.0, 0.0, 0.02))
+    simulation.run(0.1)
+    assert simulation.wall("lid").velocity.tolist() == [0.0, 0.0, 0.02]
+    assert not np.any(simulation.wall("lid").force)
+
+
 def test_a_wall_set_in_motion_carries_its_grain_along():
     """A plane that starts to move sideways drags a grain up to rolling: a friction force acts and the plane feels it."""
     law = effects(restitution=0.3, friction=0.5, gravity=GRAVITY)

@@ -1,0 +1,111 @@
+"""What `taichidem simulate STUDY` does: run a study into its store and print what came out."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from taichidem.cli_progress import progress
+from taichidem.errors import InputError, unknown_name
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from taichidem.study import Study
+
+MOST_REASONS = 20  # failures printed in words; the store holds all
+
+
+def is_study(text: str) -> bool:
+    """Return whether a text means a study: a folder that holds study.toml, or a file that ends in .toml."""
+    path = Path(text)
+    return (path / "study.toml").is_file() or (path.is_file() and path.suffix == ".toml")
+
+
+def neither(text: str) -> InputError:
+    """Return the error for a text that is no study and no experiment."""
+    from taichidem import plugins
+
+    path = Path(text)
+    if path.is_dir():
+        found = f"The folder {text} holds no study.toml."
+    elif path.exists():
+        found = f"{text} is no study: its name does not end in .toml."
+    else:
+        found = f"There is no study {text}."
+    return InputError(
+        f"{unknown_name('experiment', text, plugins.names('experiment'))} {found} Give either of the two."
+    )
+
+
+def simulate_study(
+    path: str, experiments: str | None, seeds: list[int], store: Path | None, retry_failed: bool, as_json: bool
+) -> None:
+    """Run a study and print mean and scatter of every observable, beside what was measured."""
+    from taichidem.study import RunStore, read_measurements, read_study, simulate, summarise
+    from taichidem.study.campaign import STORE
+    from taichidem.study.measurements import measurements_file
+
+    study = read_study(path)
+    measured = read_measurements(study) if measurements_file(study).exists() else None
+    names = None if experiments is None else [name.strip() for name in experiments.split(",") if name.strip()]
+    file = store or study.path / STORE
+    with RunStore(file) as opened, progress(quiet=as_json) as report:
+        report("simulating", 0.0)
+        table = simulate(
+            study, names, seeds, opened, report=lambda share: report("simulating", share), retry_failed=retry_failed
+        )
+    summary = summarise(study, table, measured)
+    if as_json:
+        typer.echo(json.dumps(_as_dict(study, file, table, summary), indent=2))
+    else:
+        _print(study, file, table, summary)
+    if not (table["status"] == "done").any():
+        raise typer.Exit(1)
+
+
+def _as_dict(study: Study, file: Path, table: pd.DataFrame, summary: pd.DataFrame) -> dict[str, Any]:
+    responses = [o.name for name in study.experiments for o in study.experiment(name).observables]
+    runs = [
+        {
+            **{name: row[name] for name in ("key", "experiment", "type", "seed", "status", "stored", "wall_time")},
+            "responses": {
+                name: row[name] for name in dict.fromkeys(responses) if name in row and row[name] == row[name]
+            },
+            "reason": row["reason"] or None,
+        }
+        for row in table.to_dict("records")
+    ]
+    observables = [{k: None if v != v else v for k, v in row.items()} for row in summary.to_dict("records")]
+    return {
+        "study": study.title,
+        "store": str(file),
+        "already_there": int(table["stored"].sum()),
+        "runs": runs,
+        "observables": observables,
+    }
+
+
+def _print(study: Study, file: Path, table: pd.DataFrame, summary: pd.DataFrame) -> None:
+    shown = Table("experiment", "observable", "mean", "u (seeds)", "n", "measured", "unit", title=study.title)
+    for row in summary.to_dict("records"):
+        measured = f"{row['measured']:.4g} ± {row['measured_u']:.2g}" if row["measured"] == row["measured"] else "–"
+        mean = f"{row['mean']:.4g}" if row["n"] else "failed"
+        u = f"{row['u']:.2g}" if row["n"] > 1 else "–"
+        shown.add_row(row["experiment"], row["observable"], mean, u, str(row["n"]), measured, row["unit"])
+    Console().print(shown)
+    failed = table[table["status"] == "failed"]
+    there = int(table["stored"].sum())
+    typer.echo(
+        f"{len(table)} runs: {there} were in the store, {len(table) - there} simulated now; {len(failed)} failed. Store: {file}"
+    )
+    for row in failed.head(MOST_REASONS).to_dict("records"):
+        before = " (before; --retry-failed runs it again)" if row["stored"] else ""
+        typer.echo(f"{row['experiment']}, seed {row['seed']} failed{before}: {row['reason']}")
+    if len(failed) > MOST_REASONS:
+        typer.echo(f"… and {len(failed) - MOST_REASONS} more; --json lists them all.")

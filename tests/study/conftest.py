@@ -1,0 +1,41 @@
+"""Studies of experiments that cost nothing."""
+
+from __future__ import annotations
+
+import pytest
+
+from taichidem import plugins
+from taichidem.study import read_study
+from tests.study import fakes
+
+
+@pytest.fixture(autouse=True)
+def _fakes(monkeypatch):
+    fakes.register(monkeypatch.setitem)
+    fakes.Quick.batches.clear()
+    yield
+    monkeypatch.undo()
+    plugins.refresh()
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Write a study folder from the usual text with replacements; return the folder."""
+
+    def make(*changes, measurements=None, end=""):
+        text = fakes.STUDY
+        for old, new in changes:
+            assert old in text, old
+            text = text.replace(old, new)
+        (tmp_path / "study.toml").write_text(text + end, encoding="utf-8")
+        if measurements is not None:
+            (tmp_path / "measurements.csv").write_text(measurements, encoding="utf-8")
+        return tmp_path
+
+    return make
+
+
+@pytest.fixture
+def study(write):
+    """The usual study, read."""
+    return read_study(write(measurements=fakes.MEASUREMENTS))

@@ -1,0 +1,58 @@
+"""What docs/studies.md shows works."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from taichidem.cli import app
+from taichidem.experiments import FixedFunnel
+from taichidem.experiments.base import Outcome
+from taichidem.study import read_measurements, read_study
+from taichidem.study.parameter_key import ParameterKey
+
+PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
+
+
+def block(language):
+    (found,) = re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+    return found
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "my_study").mkdir()
+    (tmp_path / "my_study" / "study.toml").write_text(block("toml"), encoding="utf-8")
+    (tmp_path / "my_study" / "measurements.csv").write_text(block("csv"), encoding="utf-8")
+    return tmp_path
+
+
+def test_the_example_is_a_study(folder):
+    study = read_study(folder / "my_study")
+    rolling = next(e for e in study.model().effects if e.name == "rolling_constant_torque")
+    assert rolling.values["rolling_friction"] == {"granule-granule": 0.12, "granule-wall": 0.10}
+    assert study.calibrate[2].names == ParameterKey("rolling_constant_torque", "rolling_friction", "granule-granule")
+    assert study.experiment("heap").settings.cup_radius == 0.042
+    assert read_measurements(study)["value"].tolist() == [12.22]
+
+
+def test_the_python_example_runs(folder, monkeypatch, capsys):
+    def quickly(self, models, seeds, **_):
+        return [Outcome({"angle_of_repose": 12.0 + seed}, seed) for seed in seeds]
+
+    monkeypatch.setattr(FixedFunnel, "run", quickly)
+    monkeypatch.chdir(folder)
+    exec(compile(block("python"), "studies.md", "exec"), {})
+    assert "13.5" in capsys.readouterr().out
+    assert len((folder / "runs.csv").read_text().splitlines()) == 5
+
+
+@pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, re.M))
+def test_commands_and_options_exist(command):
+    _, name, *arguments = shlex.split(command)
+    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"}).output
+    assert all(option in shown for option in arguments if option.startswith("-"))

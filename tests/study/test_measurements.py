@@ -1,0 +1,112 @@
+"""Reading measurements.csv."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from taichidem.errors import InputError
+from taichidem.study import FileError, read_measurements, read_study
+from tests.study.fakes import MEASUREMENTS
+
+
+def test_values_come_in_the_unit_of_the_observable(study):
+    table = read_measurements(study)
+    assert list(table.columns) == ["experiment", "observable", "value", "u", "unit", "n", "remark"]
+    assert list(table["experiment"]) == ["narrow", "narrow", "wide"]
+    assert list(table["observable"]) == ["angle", "flow", "angle"]
+    assert list(table["unit"]) == ["deg", "g/s", "deg"]
+    assert list(table["value"]) == pytest.approx([12.5, 40.0, math.degrees(0.2)])
+    assert list(table["u"]) == pytest.approx([0.5, 2.0, math.degrees(0.01)])
+    assert list(table["n"]) == [4, 3, 1]
+    assert table["n"].dtype.kind == "i"
+    assert list(table["remark"]) == ["by hand", "", ""]
+
+
+def test_spaces_blank_lines_and_a_byte_order_mark_do_no_harm(write):
+    text = "\ufeff" + MEASUREMENTS.replace(",", " , ").replace("wide", "\n\n  wide")
+    table = read_measurements(read_study(write(measurements=text)))
+    assert list(table["value"]) == pytest.approx([12.5, 40.0, math.degrees(0.2)])
+
+
+def test_a_further_column_tells_conditions_apart(write):
+    text = "experiment,observable,value,u,unit,n,time\nwide,angle,1,0.1,deg,1,0.5\nwide,angle,2,0.1,deg,1,1.0\n"
+    table = read_measurements(read_study(write(measurements=text)))
+    assert list(table["time"]) == ["0.5", "1.0"]
+
+
+ROW = "narrow,angle,12.5,0.5,deg,4,by hand"
+CASES = {
+    "unknown experiment": (
+        "narow,angle,1,1,deg,1,",
+        ["line 2: Unknown experiment", "'narow'", "Did you mean 'narrow'?"],
+    ),
+    "observable that the experiment doesn't make": (
+        "narrow,mass,1,1,deg,1,",
+        ["line 2: Unknown observable of narrow (quick) 'mass'", "Allowed: angle, flow"],
+    ),
+    "u zero": ("narrow,angle,1,0,deg,1,", ["line 2: u is 0", "above 0"]),
+    "u negative": ("narrow,angle,1,-0.5,deg,1,", ["line 2: u is -0.5"]),
+    "u missing": ("narrow,angle,1,,deg,1,", ["line 2: u is ''", "finite number"]),
+    "unit of another dimension": ("narrow,angle,1,1,kg,1,", ["line 2: unit of angle", "'1 kg'", "converts to deg"]),
+    "no unit known": ("narrow,angle,1,1,blorp,1,", ["line 2: unit of angle", "blorp"]),
+    "pure number for a flow": (
+        "narrow,flow,1,1,1,1,again",
+        ["line 2: unit of flow", "dimensionless", "converts to g/s"],
+    ),
+    "unit missing": ("narrow,angle,1,1,,1,", ["line 2: unit is empty", "measured in deg"]),
+    "n zero": ("narrow,angle,1,1,deg,0,", ["line 2: n is 0", "from 1"]),
+    "n no whole number": ("narrow,angle,1,1,deg,1.5,", ["line 2: n is 1.5", "whole number"]),
+    "value no number": ("narrow,angle,high,1,deg,1,", ["line 2: value is 'high'", "finite number"]),
+    "value infinite": ("narrow,angle,inf,1,deg,1,", ["line 2: value is 'inf'", "finite number"]),
+    "row twice": (f"{ROW}\nnarrow,angle,1,1,deg,1,by hand", ["line 3: narrow, angle stands in line 2 already"]),
+    "too short a row": ("narrow,angle,1", ["line 2: u is ''", "line 2: n is ''", "line 2: unit is empty"]),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_problem_is_told_with_its_line(write, case):
+    row, parts = CASES[case]
+    study = read_study(write(measurements=MEASUREMENTS.replace(ROW, row)))
+    with pytest.raises(FileError) as error:
+        read_measurements(study)
+    text = "\n".join(error.value.problems)
+    for part in parts:
+        assert part in text
+    assert len(error.value.problems) == len([part for part in parts if part.startswith("line")])
+
+
+def test_all_problems_at_once(write):
+    rows = [row for row, _ in list(CASES.values())[:5]]
+    study = read_study(write(measurements=MEASUREMENTS.splitlines()[0] + "\n" + "\n".join(rows)))
+    with pytest.raises(FileError) as error:
+        read_measurements(study)
+    lines = {problem.split(":")[0] for problem in error.value.problems}
+    assert lines == {f"line {k}" for k in range(2, 7)}
+
+
+@pytest.mark.parametrize("column", ["experiment", "observable", "value", "u", "unit", "n"])
+def test_a_missing_column(write, column):
+    header = MEASUREMENTS.splitlines()[0]
+    renamed = ",".join(f"{name}_" if name == column else name for name in header.split(","))
+    study = read_study(write(measurements=MEASUREMENTS.replace(header, renamed)))
+    with pytest.raises(FileError, match=f"column {column} is missing; the table needs the columns"):
+        read_measurements(study)
+
+
+def test_no_file_no_rows_and_no_table(write):
+    study = read_study(write())
+    with pytest.raises(InputError, match=r"There is no .*measurements.csv.*experiment,observable,value,u,unit,n"):
+        read_measurements(study)
+    for text, part in (
+        ("experiment,observable,value,u,unit,n\n", "holds no measurement"),
+        ("", "no table"),
+        ('a,"b\nc', "no table"),
+    ):
+        write(measurements=text)
+        with pytest.raises(InputError, match=part):
+            read_measurements(study)
+    (study.path / "measurements.csv").write_bytes(b"experiment\xff\n1\n")
+    with pytest.raises(InputError, match="UTF-8"):
+        read_measurements(study)
