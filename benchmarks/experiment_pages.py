@@ -78,10 +78,10 @@ def pictures() -> None:
     for name, kind in ((name, BUILT_IN[name]) for name in wanted):
         experiment = kind(**SPECIAL.get(name, {}))
         outcome = experiment.run(model, [1], frames=INTERVALS.get(name, FRAME_INTERVAL))[0]
-        shot = picture(experiment, model, outcome, size=(700, 560))
-        Image.fromarray(shot).quantize(200, method=Image.Quantize.MAXCOVERAGE).save(
-            DOCS / "pictures" / f"experiment_{name}.png", optimize=True
-        )
+        shot = Image.fromarray(picture(experiment, model, outcome, size=(640, 512)))
+        palette = shot.quantize(160, method=Image.Quantize.MAXCOVERAGE)
+        small = shot.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+        small.save(DOCS / "pictures" / f"experiment_{name}.png", optimize=True)
 
 
 if __name__ == "__main__":

@@ -117,8 +117,7 @@ def place_at_random(
         free &= _free_of(tried, radii[tries], centres[placed], radii[placed])
         won = free.copy()
         won[free] = _first_come(tried[free], radii[tries[free]])
-        won[won] = _first_of_each(tries[won])
-        centres[tries[won]] = tried[won]
+        centres[tries[won]] = tried[won]  # of a grain's several free places the last one counts
         waiting = np.setdiff1d(waiting, tries[won])
         if len(waiting) == 0:
             break
@@ -168,10 +167,3 @@ def _first_come(tried: np.ndarray, radii: np.ndarray) -> np.ndarray:
             if kept[first]:
                 kept[second] = False
     return kept
-
-
-def _first_of_each(numbers: np.ndarray) -> np.ndarray:
-    """Return which entries are the first of their number."""
-    first = np.zeros(len(numbers), bool)
-    first[np.unique(numbers, return_index=True)[1]] = True
-    return first

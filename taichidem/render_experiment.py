@@ -20,7 +20,7 @@ from taichidem.scene import Model
 
 FRAME_INTERVAL = 0.05  # [s] between frames, where nothing else is asked for
 FRAMES_PER_SECOND = 12.5  # of a movie; browsers show GIFs in steps of 10 ms
-ABOVE = 0.5  # room above the highest grain up to which walls are drawn, of the grains' height
+ABOVE = 0.8  # room above the highest grain up to which walls are drawn, of the grains' height
 AT_REST = 0.01  # [m/s]
 USUAL_SIZE = (900, 720)
 MOVIE_SIZE = (720, 576)
@@ -74,7 +74,7 @@ def movie(
         raise InputError("A movie needs at least two frames; run the experiment with frames=0.05, say.")
     shots = _draw(experiment, model, frames, size)
     palette = Image.fromarray(np.concatenate([shots[0], shots[-1]])).quantize(255, method=Image.Quantize.MAXCOVERAGE)
-    images = [Image.fromarray(shot).quantize(palette=palette, dither=Image.Dither.NONE) for shot in shots]
+    images = [Image.fromarray(shot).quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG) for shot in shots]
     try:
         images[0].save(target, save_all=True, append_images=images[1:], duration=1000 / FRAMES_PER_SECOND, loop=0)
     except OSError as problem:

@@ -86,6 +86,9 @@ def test_sectors_take_the_highest_centre_of_each_bin_by_hand(heap):
     assert report.angle_deg == pytest.approx(np.degrees(np.arctan(-np.mean(slopes))))
     assert report.part_angles_deg == pytest.approx(np.degrees(np.arctan(-np.array(slopes))))
     assert report.window.fit_from == 0.15
+    beyond = np.array([[0.0478, 0.005, 0.2]])  # the seventh bin would hold it, the window doesn't
+    more = (np.concatenate([centres, beyond]), np.append(radii, radii[0]))
+    assert measure_repose_profile(*more, CUP, ProfileSettings(method="sectors")).angle_deg == report.angle_deg
     assert len(report.profile) == 7  # the seventh has its middle in the window, which ends at 47.5 mm
 
 

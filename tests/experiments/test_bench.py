@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from taichidem.effects import SizeSpread
+from taichidem.effects import BaseTilt, SizeSpread
 from taichidem.errors import InputError
 from taichidem.experiments import BUILT_IN
 from tests.experiments.planted import SMALL, granules
@@ -70,6 +70,17 @@ def test_the_seed_decides_and_sizes_spread(name, runs):
     assert spread.observables != first.observables
     sizes = np.unique(np.round(spread.snapshot.radius, 9))
     assert len(sizes) == 5 or len(spread.snapshot.radius) < 20
+
+
+@pytest.mark.parametrize("name", ["ledge", "rotating_drum"])
+def test_an_apparatus_out_of_level_reads_its_tilt(name, runs):
+    """Towards +x the ledge runs off more; the drum, whose contents lie on its −x side, reads ten degrees less."""
+    tilted = BUILT_IN[name](**SMALL[name]).run(granules(BaseTilt(angle=10.0)), [1, 2])
+    change = [
+        next(iter(a.observables.values())) - next(iter(b.observables.values()))
+        for a, b in zip(tilted, runs(name), strict=True)
+    ]
+    assert np.mean(change) == pytest.approx(-10.0, abs=5.0)
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
