@@ -180,9 +180,9 @@ def test_progress_rises_to_one(study, store):
 
 
 def test_the_wall_time_of_a_batch_is_divided_among_its_runs(study):
-    rows = execute(made(study, pause=0.02))
+    rows = execute(made(study, pause=0.1))
     assert len({row.wall_time for row in rows}) == 1
-    assert 0.02 <= rows[0].wall_time < 0.1
+    assert 0.1 <= rows[0].wall_time < 0.25  # the batch took 0.3 s or more
 
 
 def test_runs_and_rows_travel_to_other_processes(study):
