@@ -59,6 +59,12 @@ def simulate(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Experiment: folder for result.json and grains as VTK.")
     ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Experiment: draw the first run that went well to this PNG.")
+    ] = None,
+    movie: Annotated[
+        Path | None, typer.Option(help="Experiment: write that run as a movie to this animated GIF.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")] = False,
 ) -> None:
     """Run the experiments of a study into its run store (4 seeds unless told otherwise) and print what they measure.
@@ -70,13 +76,17 @@ def simulate(
     from taichidem import plugins
 
     if cli_simulate_study.is_study(what):
-        _refuse("a study, whose file says it", {"--set": setting, "--parameter": parameter, "--output": output})
+        _refuse(
+            "a study, whose file says it",
+            {"--set": setting, "--parameter": parameter, "--output": output, "--picture": picture, "--movie": movie},
+        )
         numbers = parse_seeds(seeds or "4")
         cli_simulate_study.simulate_study(what, experiments, numbers, store, retry_failed, as_json)
     elif what in plugins.names("experiment"):
         options = {"--experiments": experiments, "--store": store, "--retry-failed": retry_failed}
         _refuse("a single experiment; they belong to a study", options)
-        _simulate_experiment(what, setting or [], parameter or [], parse_seeds(seeds or "1"), output, as_json)
+        numbers = parse_seeds(seeds or "1")
+        _simulate_experiment(what, setting or [], parameter or [], numbers, output, (picture, movie), as_json)
     else:
         raise cli_simulate_study.neither(what)
 
@@ -88,7 +98,13 @@ def _refuse(case: str, options: dict[str, Any]) -> None:
 
 
 def _simulate_experiment(
-    name: str, settings: list[str], parameters: list[str], seeds: list[int], output: Path | None, as_json: bool
+    name: str,
+    settings: list[str],
+    parameters: list[str],
+    seeds: list[int],
+    output: Path | None,
+    drawn: tuple[Path | None, Path | None],
+    as_json: bool,
 ) -> None:
     from taichidem import plugins
     from taichidem.heap_comparison import writable_folder, write_seeds
@@ -101,7 +117,8 @@ def _simulate_experiment(
     test = plugins.get("experiment", name)(**dict(_split(text) for text in settings))
     with progress(quiet=as_json) as report:
         report("simulating", 0.0)
-        outcomes = test.run(model, seeds, report=lambda share: report("simulating", share))
+        frames = 0.05 if any(drawn) else None
+        outcomes = test.run(model, seeds, report=lambda share: report("simulating", share), frames=frames)
     result = {
         "experiment": test.name,
         "units": {o.name: o.unit for o in test.observables},
@@ -118,6 +135,17 @@ def _simulate_experiment(
             typer.echo(f"wrote {folder}")
     if all(o.failure for o in outcomes):
         raise typer.Exit(1)
+    if any(drawn):
+        _draw(test, model, next(o for o in outcomes if not o.failure), *drawn)
+
+
+def _draw(test: Any, model: Any, outcome: Any, picture: Path | None, movie: Path | None) -> None:
+    from taichidem import render_experiment
+
+    if picture is not None:
+        render_experiment.picture(test, model, outcome, picture)
+    if movie is not None:
+        render_experiment.movie(test, model, outcome, movie)
 
 
 def _table(test: Any, outcomes: list) -> Table:

@@ -7,7 +7,7 @@ itself, so it behaves the same alone and among others.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -24,6 +24,19 @@ Procedure = Generator[float, None, None]
 LONGEST_WAIT = 0.5  # [s] for which a stream may find no free place at all
 
 
+@dataclass(frozen=True)
+class Frame:
+    """What one would see at one time: the grains, and the walls that are there.
+
+    Args:
+        snapshot: the grains.
+        walls: name → centre of its motion now [m], of every wall that has not been taken away.
+    """
+
+    snapshot: Snapshot
+    walls: Mapping[str, np.ndarray]
+
+
 @dataclass
 class World:
     """One world as its procedure sees it."""
@@ -34,6 +47,8 @@ class World:
     record: dict[str, list] = field(default_factory=dict)  # what the procedure wrote down, by name
     progress: float = 0.0  # share of the procedure that is done
     failure: str | None = None  # why its procedure ended early
+    removed: set[str] = field(default_factory=set)  # walls that were taken away
+    frames: list[Frame] = field(default_factory=list)  # taken on the way, where asked for
 
     def insert(self, bodies: Bodies) -> None:
         """Add bodies."""
@@ -59,6 +74,12 @@ class World:
     def remove_wall(self, name: str) -> None:
         """Take a wall away now."""
         self.simulation.remove_wall(name, world=self.number)
+        self.removed.add(name)
+
+    def frame(self) -> Frame:
+        """Return what one would see now."""
+        names = {wall.name for wall in self.simulation.scenes[self.number].walls} - self.removed
+        return Frame(self.snapshot(), {name: self.wall(name).centre for name in sorted(names)})
 
     @property
     def time(self) -> float:
@@ -206,25 +227,30 @@ def play(
     procedures: Sequence[Procedure],
     worlds: Sequence[World],
     report: Callable[[float], None] | None = None,
+    frames: float | None = None,
 ) -> None:
     """Play the procedures of all worlds to their ends; a world that fails drops out, the others go on.
 
     Args:
         report: called with the mean share done, for a progress bar.
+        frames: interval [s] at which each world's frame is kept, none where left out. Waits are only cut in two for it,
+            which changes no bit of what happens.
 
     Raises:
         TaichidemError: what every single world failed with.
     """
     waiting = dict(enumerate(procedures))
+    due = np.zeros(len(procedures))  # what each procedure still waits for [s]
+    to_frame = np.full(len(procedures), np.inf if frames is None else 0.0)
     errors: list[TaichidemError] = []
     while waiting:
-        durations = np.zeros(len(procedures))
         for number in list(waiting):
             if simulation.failure(number):
                 waiting.pop(number)
+                due[number] = 0.0
                 continue
             try:
-                durations[number] = next(waiting[number])
+                due[number] = due[number] or next(waiting[number])
             except StopIteration:
                 waiting.pop(number)
                 worlds[number].progress = 1.0
@@ -233,8 +259,21 @@ def play(
                 worlds[number].failure = str(error)
                 errors.append(error)
         if waiting:
-            simulation.run(durations)
+            _advance(simulation, worlds, due, to_frame, frames)
         if report:
             report(float(np.mean([world.progress for world in worlds])))
     if len(errors) == len(worlds):
         raise errors[0]
+
+
+def _advance(
+    simulation: Simulation, worlds: Sequence[World], due: np.ndarray, to_frame: np.ndarray, frames: float | None
+) -> None:
+    """Run every world until its procedure goes on or its next frame is due, whichever comes first; take those frames."""
+    for number in np.flatnonzero((to_frame == 0) & (due > 0)).tolist():
+        worlds[number].frames.append(worlds[number].frame())
+        to_frame[number] = frames
+    duration = np.minimum(due, to_frame)
+    simulation.run(duration)
+    due -= duration
+    to_frame -= duration

@@ -65,6 +65,8 @@ def heap_picture(
     geometry: pv.PolyData | None = None,
     look: HeapLook | None = None,
     path: str | os.PathLike[str] | None = None,
+    limits: tuple[float, float] | None = None,
+    bounds: Any = None,
 ) -> NDArray[np.uint8]:
     """Draw a heap in perspective, coloured by a quantity, with its walls as glass and a scale bar.
 
@@ -78,6 +80,8 @@ def heap_picture(
     orientations, geometry : shape of the grains and how each is turned, as in `side_views`.
     look : camera, size, colour map, title.
     path : where to write the picture as PNG; None writes none.
+    limits : lowest and highest value of the colours; None takes those of `values`.
+    bounds : lowest and highest x, y, z that the camera takes in [m], shape (2, 3); None takes in all that is drawn.
 
     Returns
     -------
@@ -92,15 +96,16 @@ def heap_picture(
     places, sizes = check_grains(positions, radii)
     shown = _values(values, places)
     surfaces = wall_surfaces(walls)
-    limits = (float(shown.min()), float(max(shown.max(), shown.min() + 1e-12)))
-    colours = _colours(shown, limits, look.colour_map)
+    low, high = limits if limits is not None else (float(shown.min()), float(shown.max()))
+    limits = (low, max(high, low + 1e-12))
+    colours = _colours(np.clip(shown, *limits), limits, look.colour_map)
     with off_screen(look.size) as plotter:
         plotter.enable_anti_aliasing("ssaa")
         plotter.set_background("white", top="#dfe7ee")
         table = pv.LookupTable(look.colour_map, scalar_range=limits)
         add_grains(plotter, places, sizes, colours, orientations, geometry)
         _add_glass(plotter, surfaces)
-        bounds = _bounds(places, sizes, surfaces)
+        bounds = _bounds(places, sizes, surfaces) if bounds is None else np.asarray(bounds, float)
         _add_scale_bar(plotter, bounds, look)
         _add_colour_bar(plotter, table, value_name)
         if look.title:

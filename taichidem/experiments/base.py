@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from taichidem.effects import BodyGravity
 from taichidem.errors import InputError, TaichidemError, unknown_name
-from taichidem.procedure import Grain, Procedure, World, play
+from taichidem.procedure import Frame, Grain, Procedure, World, play
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Simulation, Snapshot
 from taichidem.units import Length, quantity
@@ -51,6 +51,7 @@ class Outcome:
         failure: why the world stopped, or None.
         snapshot: its grains at the end, or None when it failed.
         details: further numbers and reports of the measurement.
+        frames: what one would have seen, at the intervals asked for and at the end.
     """
 
     observables: Mapping[str, float]
@@ -58,6 +59,12 @@ class Outcome:
     failure: str | None = None
     snapshot: Snapshot | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
+    frames: tuple[Frame, ...] = ()
+
+
+def smaller(length: float, diameters: float, diameter: float) -> bool:
+    """Return True if a length is below so many diameters, the rounding of decimal numbers aside."""
+    return length < diameters * diameter * (1 - 1e-9)
 
 
 def gravity_of(model: Model) -> float:
@@ -74,6 +81,8 @@ class Experiment:
     imitates: ClassVar[str] = ""  # the real instrument or standard
     observables: tuple[Observable, ...] = ()  # of an instance where they depend on its settings
     settings_type: ClassVar[type[Settings]] = Settings
+    view: ClassVar[tuple[float, float]] = (-60.0, 18.0)  # azimuth and elevation [deg] from which a picture is taken
+    shown_at: ClassVar[float] = 1.0  # share of the test's frames at which a single picture tells most
 
     def __init__(self, **settings: Any) -> None:
         known = self.settings_type.model_fields
@@ -143,8 +152,14 @@ class Experiment:
         *,
         schedule: str = "worlds",
         report: Callable[[float], None] | None = None,
+        frames: float | None = None,
     ) -> list[Outcome]:
         """Run one world per seed (and per model, where several are given: then one seed each) and measure them all.
+
+        Args:
+            schedule: "worlds" or "particles", as for `Simulation`.
+            report: called with the share done.
+            frames: interval [s] at which frames are kept for a movie; the end alone where left out.
 
         Raises:
             InputError: numbers of models and seeds that do not fit together.
@@ -159,7 +174,13 @@ class Experiment:
         jobs = [(part, m, seed) for m, seed in zip(models, seeds, strict=True) for part in self.parts()]
         simulation = Simulation([part.scene(m) for part, m, _ in jobs], schedule)
         worlds = [World(simulation, k, np.random.default_rng(seed)) for k, (_, _, seed) in enumerate(jobs)]
-        play(simulation, [part.procedure(w, m) for w, (part, m, _) in zip(worlds, jobs, strict=True)], worlds, report)
+        play(
+            simulation,
+            [part.procedure(w, m) for w, (part, m, _) in zip(worlds, jobs, strict=True)],
+            worlds,
+            report,
+            frames,
+        )
         each = [part._outcome(world, seed) for world, (part, _, seed) in zip(worlds, jobs, strict=True)]
         size = len(each) // len(seeds)
         return [self.combine(each[k : k + size]) for k in range(0, len(each), size)]
@@ -167,13 +188,14 @@ class Experiment:
     def _outcome(self, world: World, seed: int) -> Outcome:
         failure = world.failure or world.simulation.failure(world.number)
         if failure:
-            return Outcome({}, seed, failure)
-        snapshot = world.snapshot()
+            return Outcome({}, seed, failure, frames=tuple(world.frames))
+        end = world.frame()
+        snapshot, frames = end.snapshot, (*world.frames, end)
         try:
             observables, details = self.measure(snapshot, world.record)
         except (TaichidemError, ValueError) as error:
-            return Outcome({}, seed, f"The end state can't be measured: {error}", snapshot)
-        return Outcome(observables, seed, None, snapshot, details)
+            return Outcome({}, seed, f"The end state can't be measured: {error}", snapshot, frames=frames)
+        return Outcome(observables, seed, None, snapshot, details, frames)
 
 
 def _explain(experiment: Experiment, error: ValidationError) -> str:

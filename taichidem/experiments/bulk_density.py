@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import model_validator
 
 from taichidem.errors import InputError
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, smaller
 from taichidem.insertion import CylinderRegion
 from taichidem.procedure import Procedure, World, rain, wait
 from taichidem.scene import Model, Scene
@@ -31,9 +31,9 @@ class BulkDensitySettings(GranularSettings):
 
     @model_validator(mode="after")
     def _fits(self) -> BulkDensitySettings:
-        if self.cup_radius < 2 * self.diameter:
+        if smaller(self.cup_radius, 2, self.diameter):
             raise ValueError("cup_radius must be at least 2 diameters, so that grains rain clear of the wall")
-        if self.rain_top is not None and self.rain_top < 3 * self.diameter:
+        if self.rain_top is not None and smaller(self.rain_top, 3, self.diameter):
             raise ValueError("rain_top must be at least 3 diameters")
         return self
 

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import model_validator
 
 from taichidem.errors import InputError
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, smaller
 from taichidem.insertion import CylinderRegion
 from taichidem.procedure import Procedure, World, rain, wait
 from taichidem.scene import Model, Scene
@@ -42,9 +42,9 @@ class HopperDischargeSettings(GranularSettings):
             raise ValueError("outlet_diameter must be below twice the bin_radius")
         if self.outlet_diameter <= self.diameter:
             raise ValueError("outlet_diameter must be above the grains' diameter, or none can pass")
-        if self.bin_radius < 2 * self.diameter:
+        if smaller(self.bin_radius, 2, self.diameter):
             raise ValueError("bin_radius must be at least 2 diameters, so that grains rain clear of the wall")
-        if self.rain_height is not None and self.rain_height < 2 * self.diameter:
+        if self.rain_height is not None and smaller(self.rain_height, 2, self.diameter):
             raise ValueError("rain_height must be at least 2 diameters")
         return self
 
@@ -66,6 +66,7 @@ class HopperDischarge(Experiment):
         Observable("mass_flow_rate", "g/s", "Mass that leaves the open outlet per time."),
     )
     settings_type: ClassVar[type[Settings]] = HopperDischargeSettings
+    shown_at: ClassVar[float] = 0.8
 
     def _cone_height(self) -> float:
         s = self.settings

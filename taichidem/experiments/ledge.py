@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, smaller
 from taichidem.experiments.surface_line import surface_line
 from taichidem.insertion import BoxRegion
 from taichidem.procedure import Procedure, World, rain, wait
@@ -36,11 +36,11 @@ class LedgeSettings(GranularSettings):
 
     @model_validator(mode="after")
     def _fits(self) -> LedgeSettings:
-        if self.length < 6 * self.diameter:
+        if smaller(self.length, 6, self.diameter):
             raise ValueError("length must be at least 6 diameters, so that the surface can be measured")
-        if self.width < 3 * self.diameter:
+        if smaller(self.width, 3, self.diameter):
             raise ValueError("width must be at least 3 diameters, so that grains rain clear of the walls")
-        if self.rain_top is not None and self.rain_top < 3 * self.diameter:
+        if self.rain_top is not None and smaller(self.rain_top, 3, self.diameter):
             raise ValueError("rain_top must be at least 3 diameters")
         return self
 
@@ -59,6 +59,7 @@ class Ledge(Experiment):
         Observable("angle_of_repose", "deg", "Slope of the surface that stays behind the edge."),
     )
     settings_type: ClassVar[type[Settings]] = LedgeSettings
+    view: ClassVar[tuple[float, float]] = (-65.0, 20.0)
 
     def walls(self, model: Model) -> tuple[Wall, ...]:
         """Return the floor, which ends with the box, and four upright walls, of which the front one will go."""

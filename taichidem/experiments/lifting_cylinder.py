@@ -10,7 +10,7 @@ from pydantic import model_validator
 
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
 from taichidem.errors import InputError
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, smaller
 from taichidem.insertion import CylinderRegion, loose_height
 from taichidem.procedure import Procedure, World, rain, wait
 from taichidem.scene import Model, Scene
@@ -41,7 +41,7 @@ class LiftingCylinderSettings(GranularSettings):
 
     @model_validator(mode="after")
     def _fits(self) -> LiftingCylinderSettings:
-        if self.cylinder_radius < 2.5 * self.diameter:
+        if smaller(self.cylinder_radius, 2.5, self.diameter):
             raise ValueError("cylinder_radius must be at least 2.5 diameters, so that grains rain clear of the wall")
         if self.plate_radius <= self.cylinder_radius:
             raise ValueError("plate_radius must be above cylinder_radius")
@@ -67,6 +67,7 @@ class LiftingCylinder(Experiment):
         Observable("run_out_radius", "m", "Radius of the heap's base, as of a cone that holds nine tenths as it does."),
     )
     settings_type: ClassVar[type[Settings]] = LiftingCylinderSettings
+    shown_at: ClassVar[float] = 0.75
 
     def _rain_top(self) -> float:
         s = self.settings
@@ -92,7 +93,8 @@ class LiftingCylinder(Experiment):
     def procedure(self, world: World, model: Model) -> Procedure:
         s, d = self.settings, self.settings.diameter
         rain(world, self.grain(model), CylinderRegion(s.cylinder_radius - d, d, self._rain_top()), s.particles)
-        yield from wait(world, s.settle_time, 2 * s.settle_time)
+        longest = s.settle_time + self._rain_top() / s.lift_speed + s.rest_time
+        yield from wait(world, s.settle_time, longest)
         grains = world.snapshot()
         lift = float((grains.position[:, 2] + grains.radius).max()) / s.lift_speed
         total = s.settle_time + lift + s.rest_time

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, smaller
 from taichidem.experiments.surface_line import surface_line
 from taichidem.insertion import BoxRegion
 from taichidem.procedure import Procedure, World, rain, wait
@@ -39,9 +39,9 @@ class RotatingDrumSettings(GranularSettings):
 
     @model_validator(mode="after")
     def _fits(self) -> RotatingDrumSettings:
-        if self.radius < 4 * self.diameter:
+        if smaller(self.radius, 4, self.diameter):
             raise ValueError("radius must be at least 4 diameters, so that the surface can be measured")
-        if self.length < 2.5 * self.diameter:
+        if smaller(self.length, 2.5, self.diameter):
             raise ValueError("length must be at least 2.5 diameters, so that grains rain clear of the ends")
         return self
 
@@ -63,6 +63,7 @@ class RotatingDrum(Experiment):
         Observable("dynamic_angle_of_repose", "deg", "Slope of the flowing surface, mean of all frames."),
     )
     settings_type: ClassVar[type[Settings]] = RotatingDrumSettings
+    view: ClassVar[tuple[float, float]] = (-75.0, 8.0)
 
     def walls(self, model: Model) -> tuple[Wall, ...]:
         """Return the cylinder about the y axis and its two ends; all of it turns later."""

@@ -61,6 +61,25 @@ SMALL = {
         "averaging_time": 0.2,
     },
     "rebound": {"speed": "1 m/s"},
+    "shear_box": {
+        "length": "36 mm",
+        "width": "30 mm",
+        "lower_height": "12 mm",
+        "particles": 150,
+        "normal_stresses": [1000.0, 3000.0],
+        "shear_displacement": "4 mm",
+        "shear_speed": "30 mm/s",
+        "settle_time": 0.3,
+        "consolidation_time": 0.1,
+    },
+    "lifting_cylinder": {
+        "cylinder_radius": "18 mm",
+        "plate_radius": "36 mm",
+        "particles": 330,
+        "settle_time": 0.5,
+        "lift_speed": "0.2 m/s",
+        "rest_time": 0.3,
+    },
     "free_fall": {"time": "0.2 s, 0.4 s", "floor": True, "release_height": 0.3},
 }
 
@@ -72,4 +91,4 @@ def snapshot(position, radius=0.003, mass=1e-4, **values) -> Snapshot:
     held = dict.fromkeys(("velocity", "spin", "force", "torque"), np.zeros((n, 3)))
     held |= {"mass": np.full(n, mass), "radius": np.full(n, radius), "identity": np.arange(n)}
     held |= {"orientation": np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), "position": position}
-    return Snapshot(**{**held, "time": 0.0, "kinetic_energy": 0.0, "left": 0, "rebuilds": 0, **values})
+    return Snapshot(**{**held, "carried": np.zeros(n), "time": 0.0, "kinetic_energy": 0.0, "left": 0, "rebuilds": 0, **values})

@@ -48,7 +48,7 @@ def test_a_small_run_gives_what_it_declares(name, runs):
     for outcome in runs(name):
         assert outcome.failure is None
         assert set(outcome.observables) == {o.name for o in experiment.observables}
-        assert all(np.isfinite(v) and v > 0 for v in outcome.observables.values())
+        assert all(np.isfinite(v) and (v > 0 or k == "cohesion") for k, v in outcome.observables.items())
     assert SHARES[name] == sorted(SHARES[name])
     assert SHARES[name][-1] == 1.0
 
@@ -60,7 +60,7 @@ def test_a_world_alone_is_that_among_others(name, runs):
     assert alone.observables == runs(name)[1].observables
 
 
-@pytest.mark.parametrize("name", ["ledge", "bulk_density", "hopper_discharge", "rotating_drum"])
+@pytest.mark.parametrize("name", ["ledge", "bulk_density", "hopper_discharge", "rotating_drum", "shear_box"])
 def test_the_seed_decides_and_sizes_spread(name, runs):
     first, second = runs(name)
     assert first.observables != second.observables
@@ -95,6 +95,14 @@ def test_a_study_may_not_misspell_a_setting(name):
         ("rotating_drum", {"radius": "20 mm"}, "radius must be at least 4 diameters"),
         ("rotating_drum", {"length": "12 mm"}, "length must be at least 2.5 diameters"),
         ("rebound", {"speed": 0}, r"rebound\.speed is 0\.0 \[m/s\]: Input should be greater than 0"),
+        ("shear_box", {"length": "25 mm"}, "length and width must be at least 5 diameters"),
+        ("shear_box", {"lower_height": "10 mm"}, "lower_height must be at least 2 diameters"),
+        ("shear_box", {"shear_displacement": "16 mm"}, "at most a quarter of the length"),
+        ("shear_box", {"normal_stresses": [1.0, 1.0]}, "one or more different stresses above 0"),
+        ("shear_box", {"normal_stresses": "1 kPa, 0 Pa"}, "one or more different stresses above 0"),
+        ("lifting_cylinder", {"cylinder_radius": "14 mm"}, "cylinder_radius must be at least 2.5 diameters"),
+        ("lifting_cylinder", {"plate_radius": "30 mm"}, "plate_radius must be above cylinder_radius"),
+        ("lifting_cylinder", {"fit_from": 0.5, "fit_to": 0.6}, r"fit_to must be above fit_from by 0\.15"),
         ("free_fall", {"time": []}, "time must be one or more different times from 0"),
         ("free_fall", {"time": [1.0, 1.0]}, "time must be one or more different times from 0"),
         ("free_fall", {"time": "1 kg"}, r"time is '1 kg'|value is '1 kg'.*converts to s"),
@@ -105,6 +113,19 @@ def test_a_study_may_not_misspell_a_setting(name):
 def test_settings_that_make_no_test_are_refused(name, settings, sentence):
     with pytest.raises(InputError, match=sentence):
         BUILT_IN[name](**settings)
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("ledge", {"length": 0.036, "width": 0.018}),
+        ("hopper_discharge", {"outlet_diameter": 0.0061, "bin_radius": 0.012, "rain_height": 0.012}),
+        ("rotating_drum", {"radius": 0.024, "length": 0.015}),
+        ("shear_box", {"length": 0.036, "width": 0.03, "lower_height": 0.012, "shear_displacement": 0.009}),
+    ],
+)
+def test_settings_at_the_edge_of_what_is_allowed_are_taken(name, settings):
+    BUILT_IN[name](**settings)
 
 
 def test_defaults_are_the_bench():

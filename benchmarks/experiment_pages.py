@@ -1,0 +1,90 @@
+"""Write docs/experiments.md and its pictures: `python -m benchmarks.experiment_pages [--pictures [NAME ...]]`.
+
+The page is made from what the experiments declare, and a test holds it to that; the pictures need a run of each.
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from pathlib import Path
+
+from taichidem.experiments import BUILT_IN, Experiment
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+PAGE = DOCS / "experiments.md"
+HEAD = """# The experiments
+
+Written by `python -m benchmarks.experiment_pages` from what the experiments declare. Lengths, times and so on may be
+given as numbers in the unit of the table or as texts such as `"6 mm"`, `"20 rpm"`, `"1 kPa, 2 kPa"`. Every test with grains
+takes part in set-up effects: `size_spread` changes its grains, `base_tilt` its gravity.
+
+```
+taichidem simulate rotating_drum --set speed='20 rpm' --seeds 1,2 --picture drum.png --movie drum.gif
+```
+
+Walls are drawn as glass; colour is speed, or height where the grains rest.
+"""
+SPECIAL = {"free_fall": {"release_height": 0.3, "time": 0.6, "floor": True}, "shear_box": {"normal_stresses": 2000.0}}
+INTERVALS = {"rebound": 2e-4, "free_fall": 0.02}  # [s] between frames
+
+
+def page() -> str:
+    """Return the page as text."""
+    return "\n".join([HEAD, *(section(experiment) for experiment in BUILT_IN.values())])
+
+
+def section(kind: type[Experiment]) -> str:
+    """Return what one experiment declares, as Markdown."""
+    experiment = kind()
+    settings = [
+        f"| `{name}` | {_default(field.default)} | {field.json_schema_extra['unit']} | {field.description} |"  # type: ignore
+        for name, field in kind.settings_type.model_fields.items()
+    ]
+    observed = [f"| `{o.name}` | {o.unit} | {o.meaning} |" for o in experiment.observables]
+    grains = experiment.particles_needed()
+    return "\n".join(
+        [
+            f"## {kind.title} (`{kind.name}`)\n",
+            f"![{kind.title}](pictures/experiment_{kind.name}.png)\n",
+            (inspect.getdoc(kind) or "") + "\n",
+            f"Imitates: {kind.imitates}. Costs {grains} grain{'s' if grains > 1 else ''} by default.\n",
+            "| measures | unit | |\n|---|---|---|",
+            *observed,
+            "\n| setting | default | unit | |\n|---|---|---|---|",
+            *settings,
+            "",
+        ]
+    )
+
+
+def _default(value: object) -> str:
+    if isinstance(value, tuple):
+        return ", ".join(map(_default, value))
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return "" if value in (None, "") else str(value)
+
+
+def pictures() -> None:
+    """Run each experiment once and draw it."""
+    from PIL import Image
+
+    from taichidem.library import polypropylene
+    from taichidem.render_experiment import FRAME_INTERVAL, picture
+
+    model = polypropylene(rolling_friction=0.0)
+    wanted = [name for name in sys.argv[1:] if name in BUILT_IN] or list(BUILT_IN)
+    for name, kind in ((name, BUILT_IN[name]) for name in wanted):
+        experiment = kind(**SPECIAL.get(name, {}))
+        outcome = experiment.run(model, [1], frames=INTERVALS.get(name, FRAME_INTERVAL))[0]
+        shot = picture(experiment, model, outcome, size=(700, 560))
+        Image.fromarray(shot).quantize(200, method=Image.Quantize.MAXCOVERAGE).save(
+            DOCS / "pictures" / f"experiment_{name}.png", optimize=True
+        )
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page())
+    if "--pictures" in sys.argv:
+        pictures()
