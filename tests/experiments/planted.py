@@ -91,4 +91,6 @@ def snapshot(position, radius=0.003, mass=1e-4, **values) -> Snapshot:
     held = dict.fromkeys(("velocity", "spin", "force", "torque"), np.zeros((n, 3)))
     held |= {"mass": np.full(n, mass), "radius": np.full(n, radius), "identity": np.arange(n)}
     held |= {"orientation": np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), "position": position}
-    return Snapshot(**{**held, "carried": np.zeros(n), "time": 0.0, "kinetic_energy": 0.0, "left": 0, "rebuilds": 0, **values})
+    return Snapshot(
+        **{**held, "carried": np.zeros(n), "time": 0.0, "kinetic_energy": 0.0, "left": 0, "rebuilds": 0, **values}
+    )
