@@ -52,7 +52,7 @@ class LiquidBridge(ContactEffect):
     F_n = −6π η R*² v_n/S,  F_t = −6π η R* (8/15 ln(R*/S) + 0.9588) v_t,  S ≥ ε R*
 
     Touching grains pull with the limit S → 0, 2π R γ exp f₁; the same holds for gaps S⁺ < 1e-4, where the fit is within
-    1e-6 of it. Against the equation of Young and Laplace this is 1 to 3 % low at touch, within 4 % up to about 0.7 S_c
+    1e-6 of it. Against the equation of Young and Laplace this is 1 to 3 % low at touch, within 4 % up to 0.8 S_c
     and up to 13 % high near rupture, where the force is small. The fit holds for θ < 50° and V* < 0.1. The cut-off ε R* of
     the viscous part stands for roughness.
 
