@@ -43,7 +43,7 @@ def forces(overlaps, energy=ENERGY, wall=0):
     return bench(CohesionJkr, work_of_adhesion=energy).run(pressed_first(overlaps), wall)[0][1:, 0]
 
 
-@pytest.mark.parametrize("energy", [1e-60, 1e-30, 1e-12, 1e-6, 1e-3, 1.0, 50.0])
+@pytest.mark.parametrize("energy", [1e-280, 1e-140, 1e-60, 1e-30, 1e-12, 1e-6, 1e-3, 1.0, 50.0])
 @pytest.mark.parametrize("wall", [0, 1])
 def test_the_whole_curve_for_any_work_of_adhesion(energy, wall):
     radius = RADIUS if wall else RADIUS / 2
