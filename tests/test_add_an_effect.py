@@ -68,13 +68,13 @@ kind = plugins.get("effect", "adhesion_constant")
 (found,) = [p for p in plugins.listing("effect") if p.name == kind.name]
 print(found.source, found.status)
 grain = Material("grain", 2500.0, 1e7, 0.3)
-for pull in (0.0, 0.5):
-    law = [NormalHertz(restitution=0.5), kind(pull=pull), BodyGravity()]
-    print(Rebound(speed=0.1).run(Model([grain], law), [1])[0].observables["coefficient_of_restitution"])
+models = [Model([grain], [NormalHertz(restitution=0.5), kind(pull=pull), BodyGravity()]) for pull in (0.0, 0.01)]
+for outcome in Rebound(speed=0.1).run(models, [1, 1]):
+    print(outcome.observables["coefficient_of_restitution"])
 """
     run = python(["-c", code], [ROOT, site])
     assert run.returncode == 0, run.stderr
     first, free, held = run.stdout.splitlines()[-3:]
     assert first == "granule-effects ok"
-    assert float(free) == pytest.approx(0.5, abs=0.01)
-    assert float(held) == 0
+    assert float(free) == pytest.approx(0.5, abs=0.02)  # at the usual step
+    assert 0 < float(held) < 0.9 * float(free)
