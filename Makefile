@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test lint slow gpu validate bench heap-table clean
+.PHONY: demo test lint slow gpu validate bench heap-table agreement sensitivity clean
 
 demo: $(READY)
 	$(BIN)/taichidem demo --output demo
@@ -32,6 +32,12 @@ bench: $(READY)
 
 heap-table: $(READY)
 	$(BIN)/python -m benchmarks.heap_table
+
+agreement: $(READY)
+	$(BIN)/python -m benchmarks.agreement
+
+sensitivity: $(READY)
+	$(BIN)/python -m benchmarks.sensitivity
 
 $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(0 if (3, 10) <= sys.version_info < (3, 14) else 1)' || { \

@@ -134,8 +134,13 @@ EFFECTS = (
     ),
     *_two(
         "normal_viscoelastic",
-        ("dissipation time 0.1 ms", e.NormalViscoelastic(dissipation_time=1e-4)),
-        ("dissipation time 0.3 ms", e.NormalViscoelastic(dissipation_time=3e-4)),
+        ("dissipation time 20 µs", e.NormalViscoelastic(dissipation_time=2e-5)),
+        ("dissipation time 50 µs", e.NormalViscoelastic(dissipation_time=5e-5)),
+    ),
+    *_two(
+        "normal_elastoplastic",
+        ("E*/p_y = 20", e.NormalElastoplastic(modulus_over_yield_pressure=20.0, restitution=0.6)),
+        ("E*/p_y = 80", e.NormalElastoplastic(modulus_over_yield_pressure=80.0, restitution=0.6)),
     ),
     *_two(
         "air_drag",

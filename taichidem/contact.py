@@ -22,7 +22,8 @@ Contact = ti.types.struct(
     radius=ti.f64,  # [m] R* = R_i R_j / (R_i + R_j), at a wall R_i
     mass=ti.f64,  # [kg] m* = m_i m_j / (m_i + m_j), at a wall m_i
     dt=ti.f64,  # [s]
-    # Written by the normal effect for those that come after it:
+    # Written by the normal effect for those that come after it; an adhesion with a profile of its own may replace all but
+    # the normal force and its damping:
     normal_force=ti.f64,  # [N] with damping, positive when pushing apart
     elastic_force=ti.f64,  # [N] without damping
     contact_radius=ti.f64,  # [m] a = √(R* δ)

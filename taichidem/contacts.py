@@ -189,9 +189,30 @@ class Contacts(OnTables):
         self.loads[e].force = total.force
         self.loads[e].torque = total.torque
         if ti.static(self.carries):
+            flow += self.release_lost(e, evaluation, own_only, pushed)
             self.flows[e].change = flow + (0.0 if ti.static(own_only) else self.flows[e].change)
             if ti.static(self.single and not own_only):
                 self.settle_amount(e)
+
+    @ti.func
+    def release_lost(self, e, evaluation, own_only: ti.template(), pushed: ti.template()):
+        """Give back what contacts held that were there in the last evaluation and are not in this one.
+
+        A pair of grains parts within sight of its effect, but a mesh hands a grain from face to edge, and a wall may be
+        taken away.
+        """
+        flow = 0.0
+        for s in range(self.elements[e].slots_from, self.elements[e].slots_to):
+            if self.slots[s].stamp == evaluation - 1:
+                partner = self.slots[s].partner
+                h = Holding(held_i=0.0)
+                self.law.release(s, h, partner < 0)
+                flow += h.change_i
+                if ti.static(own_only):
+                    pushed[s].change = h.change_j
+                elif partner >= 0:
+                    self.flows[partner].change = self.flows[partner].change + h.change_j
+        return flow
 
     @ti.func
     def settle_amount(self, e):

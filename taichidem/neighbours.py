@@ -224,6 +224,9 @@ class Neighbours(OnTables):
         first = self.worlds[w].first_wall_element
         plain = self.worlds[w].plain_elements
         time = self.worlds[w].step * self.worlds[w].dt
+        if ti.static(self.carries):
+            # A wall taken away since the last evaluation is listed once more, so that its contacts give back what they hold.
+            time -= 1.5 * self.worlds[w].dt
         # Plain walls are looked at by every grain; of a mesh only the facets near the grain's place in the mesh's grid.
         for unit in range(plain + self.worlds[w].meshes):
             start, end = 0, 1

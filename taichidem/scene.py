@@ -18,6 +18,7 @@ from taichidem.walls import Wall
 
 SAFE_STEP = 0.2  # of the Rayleigh time
 LARGEST_STEP = 0.3  # of the Rayleigh time, beyond which contacts are not resolved
+LEAST_SKIN = 0.01  # of the largest radius, where contacts hold an amount
 
 
 @dataclass(frozen=True)
@@ -202,6 +203,13 @@ class Scene:
     def _check_lists(self) -> None:
         if self.skin is not None and not (math.isfinite(self.skin) and self.skin >= 0):
             raise InputError(f"skin is {self.skin!r}; it must be a finite number from 0 [m], or left out.")
+        least = LEAST_SKIN * self.largest_radius
+        carriers = [e.name for e in self.model.effects if isinstance(e, ContactEffect) and e.carries]
+        if carriers and self.skin is not None and self.skin < least:
+            raise InputError(
+                f"skin is {self.skin:g} m; with {carriers[0]} it must be {least:g} m or more, so that a pair that parts is "
+                "seen once more and gives back what it holds. Leave it out, or take a larger one."
+            )
         if not (math.isfinite(self.partners) and self.partners > 0):
             raise InputError(
                 f"partners is {self.partners!r}; it must be a finite number above 0 (12 suits most scenes)."

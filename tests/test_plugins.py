@@ -134,10 +134,10 @@ def python(arguments, path, **settings):
     )
 
 
-def files_of_the_page():
+def files_of_the_page(page=PAGE):
     """Return the files that the documentation shows, by path: a heading with the path, then a code block."""
     blocks = re.findall(
-        r"^## `([^`]+)`\n.*?^```\w+\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+        r"^## `([^`]+)`\n.*?^```\w+\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
     )
     return dict(blocks)
 

@@ -7,6 +7,8 @@ from taichidem.effects.cohesion_area import CohesionArea
 from taichidem.effects.cohesion_dmt import CohesionDmt
 from taichidem.effects.cohesion_jkr import CohesionJkr
 from taichidem.effects.electrostatic_charge import ElectrostaticCharge
+from taichidem.effects.kinetic_friction import KineticFriction
+from taichidem.effects.liquid_bridge import LiquidBridge
 from taichidem.effects.normal_elastoplastic import NormalElastoplastic
 from taichidem.effects.normal_hertz import NormalHertz
 from taichidem.effects.normal_viscoelastic import NormalViscoelastic
@@ -14,6 +16,7 @@ from taichidem.effects.rolling_constant_torque import RollingConstantTorque
 from taichidem.effects.rolling_spring_dashpot import RollingSpringDashpot
 from taichidem.effects.size_spread import SizeSpread
 from taichidem.effects.tangential_mindlin import TangentialMindlin
+from taichidem.effects.twisting_resistance import TwistingResistance
 from taichidem.effects.wall_adhesion import WallAdhesion
 
 BUILT_IN = {
@@ -32,6 +35,9 @@ BUILT_IN = {
         CohesionJkr,
         WallAdhesion,
         ElectrostaticCharge,
+        LiquidBridge,
+        KineticFriction,
+        TwistingResistance,
         BaseTilt,
         SizeSpread,
     )
@@ -46,6 +52,8 @@ __all__ = [
     "CohesionDmt",
     "CohesionJkr",
     "ElectrostaticCharge",
+    "KineticFriction",
+    "LiquidBridge",
     "NormalElastoplastic",
     "NormalHertz",
     "NormalViscoelastic",
@@ -53,5 +61,6 @@ __all__ = [
     "RollingSpringDashpot",
     "SizeSpread",
     "TangentialMindlin",
+    "TwistingResistance",
     "WallAdhesion",
 ]

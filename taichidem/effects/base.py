@@ -213,7 +213,8 @@ class ContactEffect(Effect):
     `kernel_coefficients` (Python: parameters and materials → those numbers) and `wrench` (a `ti.func`).
 
     An effect that acts before touch returns a `reach`. One whose bodies carry an amount that contacts exchange (liquid, say)
-    names it in `carries`, returns `initial_amounts`, and its `wrench` takes a Holding as last argument.
+    names it in `carries`, returns `initial_amounts`, and its `wrench` takes a Holding as last argument. Its `release` gives
+    back what a contact holds that ended unseen, at the edge of a mesh or at a wall that was taken away.
     """
 
     stage: ClassVar[Stage]
@@ -242,6 +243,10 @@ class ContactEffect(Effect):
     def wrench(self, p, c, m):  # type: ignore[no-untyped-def]
         """Return the Wrench on side i; `p` coefficients, `c` Contact, `m` this effect's memory."""
         raise NotImplementedError(f"{type(self).__name__} must define wrench(self, p, c, m) as a ti.func")
+
+    def release(self, m, h, at_wall):  # type: ignore[no-untyped-def]
+        """Put into the Holding `h` what the memory `m` holds of the carried amount, and empty the memory."""
+        raise NotImplementedError(f"{type(self).__name__} must define release(self, m, h, at_wall) as a ti.func")
 
 
 class SetupEffect(Effect):

@@ -25,8 +25,6 @@ def check_composition(effects: tuple[Effect, ...]) -> None:
                 f"{effect.name!r} and {seen[key].name!r} are both of family {key!r}, of which a model holds one. Leave one out."
             )
         seen[key] = effect
-    for effect in effects:
-        _check_needs(effect, seen)
     contact = [e for e in effects if isinstance(e, ContactEffect)]
     carriers = [e.name for e in contact if e.carries]
     if len(carriers) > 1:
@@ -37,6 +35,8 @@ def check_composition(effects: tuple[Effect, ...]) -> None:
         raise CompositionError(
             f"{', '.join(e.name for e in contact)} act on a contact force that no effect makes. Add one of family 'normal'."
         )
+    for effect in effects:
+        _check_needs(effect, seen)
 
 
 def _check_needs(effect: Effect, present: dict[str, Effect]) -> None:
@@ -134,6 +134,13 @@ class Law:
                 total.force += part.force
                 total.torque += part.torque
         return total
+
+    @ti.func
+    def release(self, slot, h: ti.template(), at_wall):
+        """Let the effect whose amount bodies carry give back what a contact that is gone held."""
+        for bound in ti.static(self.contact_bound):
+            if ti.static(bound.effect.carries != ""):
+                bound.effect.release(bound.past[slot], h, at_wall)
 
     @ti.func
     def body_wrench(self, world, b: ti.template()):

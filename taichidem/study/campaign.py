@@ -146,6 +146,8 @@ def execute(batch: Sequence[Run], report: Report | None = None) -> list[StoredRu
     except (CompositionError, EnvironmentProblem):
         raise
     except Exception as error:
+        if type(error).__module__.startswith("taichi."):
+            raise  # a law that can't be compiled is a fault of the program, not of these runs
         reason = str(error) if isinstance(error, TaichidemError) else f"{type(error).__name__}: {error}"
         outcomes = [Outcome({}, run.seed, reason) for run in batch]
     wall_time = (time.perf_counter() - began) / len(batch)

@@ -131,8 +131,9 @@ def _factor(unit: str, observable: Observable, line: str) -> float:
         raise InputError(f"{line}: unit is empty; {observable.name} is measured in {observable.unit}.")
     if unit == observable.unit:
         return 1.0
-    plain = "dimensionless" if unit == "1" else unit  # "1 1" would be a bare number, which is taken to be in any unit
-    return to_si(f"1 {plain}", observable.unit, f"{line}: unit of {observable.name}")
+    if not any(sign.isalpha() or sign in "%°" for sign in unit):  # "1" for an angle would be taken for radians
+        raise InputError(f"{line}: unit is {unit!r}; {observable.name} is measured in {observable.unit}.")
+    return to_si(f"1 {unit}", observable.unit, f"{line}: unit of {observable.name}")
 
 
 def _note_repeats(table: pd.DataFrame, problems: Problems) -> None:

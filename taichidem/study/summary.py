@@ -26,7 +26,7 @@ def summarise(study: Study, table: pd.DataFrame, measurements: pd.DataFrame | No
     """
     rows = []
     for name in dict.fromkeys(table["experiment"]):
-        runs = table[(table["experiment"] == name) & (table["status"] == "done")]
+        runs = table[table["experiment"] == name]  # a failed one has no responses
         for observable in study.experiment(name).observables:
             row = {"experiment": name, "observable": observable.name, "unit": observable.unit}
             row |= _scatter(runs[observable.name].dropna() if observable.name in runs else [])

@@ -180,9 +180,9 @@ def test_progress_rises_to_one(study, store):
 
 
 def test_the_wall_time_of_a_batch_is_divided_among_its_runs(study):
-    rows = execute(made(study, pause=0.02))
+    rows = execute(made(study, pause=0.1))
     assert len({row.wall_time for row in rows}) == 1
-    assert 0.02 <= rows[0].wall_time < 0.1
+    assert 0.1 <= rows[0].wall_time < 0.25  # the batch took 0.3 s or more
 
 
 def test_runs_and_rows_travel_to_other_processes(study):
@@ -227,7 +227,7 @@ def test_a_real_heap_gives_the_same_bits_alone_and_in_a_batch(store):
         stream_top=0.07,
         stream_rate=2000.0,
         batch_interval=0.02,
-        particles=90,
+        particles=220,  # far more than the cup holds, so that there is a slope whatever the seed
         settle_time=0.05,
         longest_settle_time=0.1,
         method="rings",

@@ -124,7 +124,10 @@ def test_bad_measurements_are_refused_before_anything_is_run(command, write):
 
 
 CASES = {
-    "neither": (("nowhere",), ["Unknown experiment 'nowhere'", "Allowed: fixed_funnel", "There is no study nowhere"]),
+    "neither": (
+        ("nowhere",),
+        ["Unknown experiment 'nowhere'", "Allowed: ", "fixed_funnel", "There is no study nowhere"],
+    ),
     "nearest experiment": (("fixed_funel",), ["Did you mean 'fixed_funnel'?", "There is no study fixed_funel"]),
     "a missing file": (("nowhere/study.toml",), ["There is no study nowhere/study.toml"]),
     "a folder without study": (("empty",), ["The folder empty holds no study.toml"]),

@@ -25,9 +25,16 @@ def test_values_come_in_the_unit_of_the_observable(study):
 
 
 def test_spaces_blank_lines_and_a_byte_order_mark_do_no_harm(write):
-    text = "\ufeff" + MEASUREMENTS.replace(",", " , ").replace("wide", "\n\n  wide")
+    text = "\ufeff" + MEASUREMENTS.replace(",", " , ").replace("wide", "\n\n  wide").replace("by hand", '"by, hand"')
     table = read_measurements(read_study(write(measurements=text)))
     assert list(table["value"]) == pytest.approx([12.5, 40.0, math.degrees(0.2)])
+    assert table["remark"][0] == "by, hand"
+
+
+def test_blank_lines_are_counted(write):
+    study = read_study(write(measurements=MEASUREMENTS.replace("wide", "\n\nwid")))
+    with pytest.raises(FileError, match="line 6: Unknown experiment"):
+        read_measurements(study)
 
 
 def test_a_further_column_tells_conditions_apart(write):
@@ -53,8 +60,9 @@ CASES = {
     "no unit known": ("narrow,angle,1,1,blorp,1,", ["line 2: unit of angle", "blorp"]),
     "pure number for a flow": (
         "narrow,flow,1,1,1,1,again",
-        ["line 2: unit of flow", "dimensionless", "converts to g/s"],
+        ["line 2: unit is '1'", "flow is measured in g/s"],
     ),
+    "pure number for an angle": ("narrow,angle,1,1,1,1,", ["line 2: unit is '1'", "angle is measured in deg"]),
     "unit missing": ("narrow,angle,1,1,,1,", ["line 2: unit is empty", "measured in deg"]),
     "n zero": ("narrow,angle,1,1,deg,0,", ["line 2: n is 0", "from 1"]),
     "n no whole number": ("narrow,angle,1,1,deg,1.5,", ["line 2: n is 1.5", "whole number"]),

@@ -99,6 +99,7 @@ def test_more_keys_than_one_query_takes(store, monkeypatch):
     assert list(store.statuses(keys)) == keys[:8]
     assert [run.key for run in store.runs(keys)] == keys[:8]
     assert store.statuses([]) == {}
+    assert [run.key for run in store.runs(["k1"] * 5)] == ["k1"]  # though they are spread over two queries
 
 
 def test_the_table_has_a_column_per_response(store):

@@ -10,9 +10,12 @@ import pytest
 from taichidem.effects import BodyGravity, NormalHertz
 from taichidem.effects.base import Effect
 from taichidem.errors import InputError
+from taichidem.experiments.base import Settings
 from taichidem.materials import MaterialPair
 from taichidem.study import read_study, with_values
 from taichidem.study.parameter_key import ParameterKey, short_name
+from taichidem.units import Length, quantity
+from tests.study.fakes import Quick
 
 
 def value(model, name, first, second):
@@ -68,7 +71,19 @@ def test_particle_and_materials_are_filled_in_and_an_explicit_setting_wins(study
         study.experiment("narow")
 
 
-def test_only_settings_that_an_experiment_has_are_filled_in(write):
+class NoWallSettings(Settings):
+    width: Length = quantity("m", "Width.")
+    diameter: Length = quantity("m", "Diameter.")
+    grain_material: str = quantity("1", "Material.")
+
+
+def test_what_an_experiment_has_no_setting_for_is_not_filled_in(write, monkeypatch):
+    monkeypatch.setattr(Quick, "settings_type", NoWallSettings)
+    settings = read_study(write()).experiment("narrow").settings
+    assert settings.model_dump() == {"width": 0.04, "diameter": 0.006, "grain_material": "granule"}
+
+
+def test_a_registered_test_is_filled_in_likewise(write):
     heap = '\n[experiments.heap]\ntype = "fixed_funnel"\n'
     settings = read_study(write(end=heap)).experiment("heap").settings
     assert (settings.diameter, settings.grain_material, settings.wall_material) == (0.006, "granule", "wall")

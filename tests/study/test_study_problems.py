@@ -284,11 +284,15 @@ CASES = {
         "calibrate.normal_hertz.restitution",
         ["same number as calibrate.granule-granule.restitution"],
     ),
-    "type missing": ((NARROW, 'width = "40 mm"'), "experiments.narrow.type", ["missing", "fixed_funnel, quick"]),
+    "type missing": (
+        (NARROW, 'width = "40 mm"'),
+        "experiments.narrow.type",
+        ["missing", "give one of: ", "fixed_funnel", "quick"],
+    ),
     "unknown type": (
         (NARROW, 'type = "quik"\nwidth = "40 mm"'),
         "experiments.narrow.type",
-        ["Unknown experiment 'quik'", "Allowed: fixed_funnel", "Did you mean 'quick'?"],
+        ["Unknown experiment 'quik'", "Allowed: ", "fixed_funnel", "Did you mean 'quick'?"],
     ),
     "experiment no table": (
         ('[experiments.narrow]\ntype = "quick"\nwidth = "40 mm"', "[experiments]\nnarrow = 3"),

@@ -43,7 +43,7 @@ def forces(overlaps, energy=ENERGY, wall=0):
     return bench(CohesionJkr, work_of_adhesion=energy).run(pressed_first(overlaps), wall)[0][1:, 0]
 
 
-@pytest.mark.parametrize("energy", [1e-60, 1e-30, 1e-12, 1e-6, 1e-3, 1.0, 50.0])
+@pytest.mark.parametrize("energy", [1e-140, 1e-60, 1e-30, 1e-12, 1e-6, 1e-3, 1.0, 50.0])
 @pytest.mark.parametrize("wall", [0, 1])
 def test_the_whole_curve_for_any_work_of_adhesion(energy, wall):
     radius = RADIUS if wall else RADIUS / 2
@@ -56,6 +56,14 @@ def test_the_whole_curve_for_any_work_of_adhesion(energy, wall):
     assert overlap.min() < -0.275 * a0**2 / radius
     error = forces(overlap, energy, wall) - force
     assert np.all(np.abs(error) <= 1e-11 * pull_off + 1e-13 * np.abs(force))
+
+
+def test_what_is_too_small_for_floats_is_hertz():
+    overlaps = np.concatenate([np.geomspace(1e-3, 1e-300, 200), [0.0, -1e-300, -1e-9]])
+    hertz = bench(CohesionJkr, work_of_adhesion=0.0).answers(at_rest(overlaps))
+    for energy in (1e-323, 1e-280, 1e-150, 1e-140, 1e-60):
+        answer = bench(CohesionJkr, work_of_adhesion=energy).answers(at_rest(overlaps))
+        assert answer == pytest.approx(hertz, rel=1e-13, abs=10 * energy)
 
 
 def test_points_of_the_dimensionless_table():
