@@ -31,6 +31,11 @@ class Change:
     reference: str = ""
 
     @property
+    def is_parameter(self) -> bool:
+        """True if a parameter of the centre model is changed and nothing added."""
+        return self.level in ("down", "up")
+
+    @property
     def label(self) -> str:
         """Name and level."""
         return f"{self.name} {self.level}"
