@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 STUDY = ROOT / "examples" / "bench"
 REFERENCE = ROOT.parent / "shared" / "lab" / "sensitivity_reference.csv"
 STORE = Path(__file__).parent / ".cache" / "sensitivity.sqlite"
-SEEDS = (1, 2)  # of a change that the reference table holds, and of parameters; the others take the first alone
+SEEDS = (1, 2)  # of an effect that the reference table holds; all other changes take the first alone
 CENTRE_SEEDS = (1, 2, 3, 4)
 
 # Standard uncertainty of a measurement, as in the bench's reference data; the last four are what such tests reach.
@@ -66,7 +66,13 @@ def measure(
 
 
 def _runs(study: Study, change: Change) -> list[Run]:
-    seeds = CENTRE_SEEDS if change.name == "centre" else SEEDS if change.reference or change.is_parameter else SEEDS[:1]
+    seeds = (
+        CENTRE_SEEDS
+        if change.name == "centre"
+        else SEEDS
+        if change.reference and not change.is_parameter
+        else SEEDS[:1]
+    )
     model = change.apply(study.model())
     tests = dict.fromkeys(test for test, _ in MEASUREMENT_U)
     return [Run(study.experiment(test), model, seed, test) for test in tests for seed in seeds]
