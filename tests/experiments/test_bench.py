@@ -74,13 +74,14 @@ def test_the_seed_decides_and_sizes_spread(name, runs):
 
 @pytest.mark.parametrize("name", ["ledge", "rotating_drum"])
 def test_an_apparatus_out_of_level_reads_its_tilt(name, runs):
-    """Towards +x the ledge runs off more; the drum, whose contents lie on its −x side, reads ten degrees less."""
+    """Towards +x the ledge runs off, more than one to one; the drum, with its contents at −x, reads ten degrees less."""
     tilted = BUILT_IN[name](**SMALL[name]).run(granules(BaseTilt(angle=10.0)), [1, 2])
     change = [
         next(iter(a.observables.values())) - next(iter(b.observables.values()))
         for a, b in zip(tilted, runs(name), strict=True)
     ]
-    assert np.mean(change) == pytest.approx(-10.0, abs=5.0)
+    low, high = {"ledge": (-30.0, -8.0), "rotating_drum": (-15.0, -5.0)}[name]
+    assert low < np.mean(change) < high
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
@@ -151,4 +152,4 @@ def test_defaults_are_the_bench():
     s = held["rotating_drum"]
     assert (s.radius, s.length, s.particles, s.settle_time) == (0.072, 0.036, 671, 0.6)
     assert (s.spin_up_time, s.averaging_time) == (1.5, 2.0)
-    assert s.speed == BUILT_IN["rotating_drum"](speed="6 rpm").settings.speed
+    assert s.speed == pytest.approx(BUILT_IN["rotating_drum"](speed="6 rpm").settings.speed, rel=1e-14)

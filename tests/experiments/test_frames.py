@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from taichidem.cli import main
 from taichidem.errors import InputError
 from taichidem.experiments import BUILT_IN, Outcome
 from taichidem.render_experiment import movie, picture
@@ -79,3 +80,12 @@ def test_what_cannot_be_drawn_is_said(run, tmp_path):
     few = Outcome({}, 1, frames=outcomes[0].frames[:1])
     with pytest.raises(InputError, match="at least two frames"):
         movie(experiment, granules(), few, tmp_path / "run.gif")
+
+
+def test_the_command_draws(tmp_path):
+    shown, played = tmp_path / "fall.png", tmp_path / "fall.gif"
+    command = ["simulate", "free_fall", "--set", "time=0.2", "--picture", str(shown), "--movie", str(played), "--json"]
+    with pytest.raises(SystemExit, match="0"):
+        main(command)
+    assert Image.open(shown).size == (900, 720)
+    assert Image.open(played).n_frames == 5  # at 0, 0.05, 0.1, 0.15 s and at the end
