@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from taichidem.bodies import Bodies
+from taichidem.effects.base import SetupEffect
 from taichidem.errors import InputError, TaichidemError
 from taichidem.insertion import Region, fill_at_random, place_at_random
 from taichidem.materials import Material
@@ -101,12 +102,14 @@ class Grain:
         material: of the grains.
         number: of the material in the model.
         relative_sizes: radii over the nominal one.
+        changes: set-up effects, which may put other bodies in the place of spheres.
     """
 
     radius: float
     material: Material
     number: int
     relative_sizes: tuple[float, ...] = (1.0,)
+    changes: tuple[SetupEffect, ...] = ()
 
     @property
     def mass(self) -> float:
@@ -131,7 +134,10 @@ class Grain:
 
     def spheres(self, centres: np.ndarray, radii: np.ndarray, velocity: tuple[float, float, float]) -> Bodies:
         """Return such grains at the given centres [m]."""
-        return Bodies.spheres(centres, radii, self.material.density, material=self.number, velocity=velocity)
+        bodies = Bodies.spheres(centres, radii, self.material.density, material=self.number, velocity=velocity)
+        for change in self.changes:
+            bodies = change.grains(bodies)
+        return bodies
 
 
 def pour(

@@ -70,12 +70,17 @@ class Model:
 
     def relative_sizes(self) -> tuple[float, ...]:
         """Return the radii of grains over their nominal radius, in equal numbers."""
-        sizes = [s for e in self.effects if isinstance(e, SetupEffect) and (s := e.relative_sizes()) != (1.0,)]
+        sizes = [s for e in self.set_up_effects if (s := e.relative_sizes()) != (1.0,)]
         return sizes[0] if sizes else (1.0,)
+
+    @property
+    def set_up_effects(self) -> tuple[SetupEffect, ...]:
+        """The effects that change grains or apparatus instead of acting in the kernel."""
+        return tuple(e for e in self.effects if isinstance(e, SetupEffect))
 
     def acting(self) -> Model:
         """Return the model as it acts in the apparatus: set-up effects have changed what they change, and are gone."""
-        changes = [e for e in self.effects if isinstance(e, SetupEffect)]
+        changes = self.set_up_effects
         kept = [e for e in self.effects if not isinstance(e, SetupEffect)]
         for k, effect in enumerate(kept):
             if isinstance(effect, BodyGravity):

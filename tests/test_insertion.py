@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.distance import pdist
 
 from taichidem.effects import BodyGravity, NormalHertz
+from taichidem.effects.base import SetupEffect
 from taichidem.errors import InputError
 from taichidem.insertion import BoxRegion, CylinderRegion, fill_at_random, place_at_random
 from taichidem.materials import Material
@@ -158,3 +161,17 @@ def test_rain_into_a_region_too_small_is_refused():
     world = empty_world()
     with pytest.raises(InputError, match=r"Only .* of 500 grains"):
         rain(world, GRAIN, BoxRegion((0.0, 0.0, 0.0), (0.03, 0.03, 0.03)), 500)
+
+
+def test_a_set_up_effect_may_put_other_bodies_in_the_place_of_spheres():
+    """The door by which grains of another mass or shape come."""
+
+    class Heavy(SetupEffect):
+        name = "heavy"
+
+        def grains(self, bodies):
+            return replace(bodies, mass=2 * bodies.mass, inertia=2 * bodies.inertia)
+
+    world = empty_world()
+    rain(world, replace(GRAIN, changes=(Heavy(),)), BoxRegion((-0.05, -0.05, 0.0), (0.05, 0.05, 0.1)), 5, FALL)
+    assert world.snapshot().mass == pytest.approx(2 * GRAIN.mass)

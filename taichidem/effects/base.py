@@ -15,6 +15,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from taichidem.bodies import Bodies
 from taichidem.errors import InputError
 from taichidem.materials import MaterialPair
 
@@ -263,6 +264,10 @@ class SetupEffect(Effect):
     def relative_sizes(self) -> tuple[float, ...]:
         """Return the radii of the grains over the nominal one, in equal numbers."""
         return (1.0,)
+
+    def grains(self, bodies: Bodies) -> Bodies:
+        """Return what is put into the apparatus in place of these spheres, such as bodies of another mass or shape."""
+        return bodies
 
 
 class BodyEffect(Effect):

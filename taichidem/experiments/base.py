@@ -97,7 +97,8 @@ class Experiment:
     def grain(self, model: Model) -> Grain:
         """Return the grains of the test, in the sizes that the model's set-up effects ask for."""
         number = model.material_number(self.settings.grain_material or model.materials[0].name)
-        return Grain(self.settings.diameter / 2, model.materials[number], number, model.relative_sizes())
+        sizes, changes = model.relative_sizes(), model.set_up_effects
+        return Grain(self.settings.diameter / 2, model.materials[number], number, sizes, changes)
 
     def wall_material(self, model: Model) -> str:
         """Return the name of the walls' material."""
