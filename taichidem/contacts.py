@@ -105,8 +105,6 @@ class Contacts(OnTables):
         inverse_mass = self.bodies[i].inverse_mass
         evaluation = self.worlds[w].evaluation
         reach = self.worlds[w].reach
-        if ti.static(self.carries):
-            reach += self.worlds[w].skin  # a pair that parts is seen once more, so that it can give back what it holds
         flow = 0.0
         time = self.worlds[w].step * self.worlds[w].dt
         total = Wrench(force=vec3(0.0), torque=vec3(0.0))
@@ -198,8 +196,8 @@ class Contacts(OnTables):
     def release_lost(self, e, evaluation, own_only: ti.template(), pushed: ti.template()):
         """Give back what contacts held that were there in the last evaluation and are not in this one.
 
-        A pair of grains parts within sight of its effect, but a mesh hands a grain from face to edge, and a wall may be
-        taken away.
+        A pair may part beyond the reach in one step, a mesh hands a grain from face to edge, and a wall may be taken away.
+        The skin keeps such a pair listed for the evaluation that finds it gone.
         """
         flow = 0.0
         for s in range(self.elements[e].slots_from, self.elements[e].slots_to):

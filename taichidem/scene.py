@@ -213,7 +213,7 @@ class Scene:
         if carriers and self.skin is not None and self.skin < least:
             raise InputError(
                 f"skin is {self.skin:g} m; with {carriers[0]} it must be {least:g} m or more, so that a pair that parts is "
-                "seen once more and gives back what it holds. Leave it out, or take a larger one."
+                "listed once more and gives back what it holds. Leave it out, or take a larger one."
             )
         if not (math.isfinite(self.partners) and self.partners > 0):
             raise InputError(

@@ -215,7 +215,7 @@ class ContactEffect(Effect):
 
     An effect that acts before touch returns a `reach`. One whose bodies carry an amount that contacts exchange (liquid, say)
     names it in `carries`, returns `initial_amounts`, and its `wrench` takes a Holding as last argument. Its `release` gives
-    back what a contact holds that ended unseen, at the edge of a mesh or at a wall that was taken away.
+    back what a contact holds that ended out of its sight: beyond the reach, at the edge of a mesh, at a wall taken away.
     """
 
     stage: ClassVar[Stage]
