@@ -16,6 +16,7 @@ from taichidem.walls import KINDS, Wall
 from taichidem.walls.mesh_grid import MeshGrid, sort_facets
 
 FACET = "facet"
+PACKED = 0.64  # share of the volume that randomly packed spheres fill
 DEFAULT_SKIN = 0.4  # of the largest radius: a pour rebuilds its lists every few dozen steps, a settled bed hardly ever
 
 
@@ -43,10 +44,13 @@ class WorldLayout:
 
     @property
     def slots(self) -> int:
-        # `partners` is meant for touching grains; what is listed grows with the volume that an effect reaches.
-        near = 2 * self.scene.largest_radius + self.skin
-        wider = (1 + self.scene.reach() / near) ** 3
-        return int(self.scene.partners * wider * self.elements) + 32
+        # `partners` is meant for touching grains; with a reach, a pair is listed by the one that comes first, so each lists
+        # half of what a random packing holds within the distance, most where the grains are small.
+        small = self.scene.smallest_radius
+        within = (2 * small + self.skin + self.scene.reach()) / small
+        reached = 0.5 * PACKED * within**3 if self.scene.reach() > 0 else 0.0
+        listed = self.scene.partners + min(reached, self.elements)
+        return int(listed * self.elements) + 32
 
     @property
     def patches(self) -> int:

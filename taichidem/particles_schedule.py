@@ -24,20 +24,20 @@ class ParticlesSchedule(OnTables):
 
     def advance(self, w: int, steps: int) -> None:
         """Advance a world by a number of steps, or until it stops."""
+        evaluated = False
         if self.is_fresh(w):
             self.rebuild(w)
-            if self.is_running(w):
-                self.evaluate(w, 0.0)
+            evaluated = self.evaluate(w, 0.0)
         dt = self.step_of(w)
         for s in range(steps):
             if not self.is_running(w):
-                return
+                break
             if self.drift(w, min(s, 1) + 1):
                 self.rebuild(w)
-            if self.is_running(w):
-                self.evaluate(w, dt)
+            evaluated = self.evaluate(w, dt)
         if self.is_running(w):
             self.finish(w)
+        if evaluated:
             self.gather_walls(w)
 
     def rebuild(self, w: int) -> None:
@@ -48,14 +48,17 @@ class ParticlesSchedule(OnTables):
         self.fill(w)
         self.link(w)
 
-    def evaluate(self, w: int, dt: float) -> None:
-        """Evaluate all contacts and body effects of a world."""
+    def evaluate(self, w: int, dt: float) -> bool:
+        """Evaluate all contacts and body effects of a world; return False where it had stopped before."""
+        if not self.is_running(w):
+            return False
         self.act(w, dt)
         self.gather(w)
         if self.has_loaded_wall(w):
             self.gather_walls(w)
         if not self.single:
             self.collect(w)
+        return True
 
     @ti.kernel
     def is_fresh(self, w: ti.i32) -> ti.i32:
@@ -156,6 +159,7 @@ class ParticlesSchedule(OnTables):
                     if partner >= 0:
                         self.incoming[self.inbound[partner].end].slot = s
                         self.inbound[partner].end = self.inbound[partner].end + 1
+            self.neighbours.give_back(w)
 
     @ti.kernel
     def act(self, w: ti.i32, dt: ti.f64):
@@ -192,7 +196,7 @@ class ParticlesSchedule(OnTables):
         first = self.worlds[w].first_wall
         ti.loop_config(serialize=True)
         for k in range(first, first + self.worlds[w].walls):
-            if self.walls[k].inverse_mass > 0.0:
+            if self.walls[k].inverse_mass > 0.0 and self.wall_motion.present(w, k):
                 found = 1
         return found
 

@@ -14,11 +14,10 @@ from taichidem.effects.body_gravity import BodyGravity
 from taichidem.effects.law import check_composition
 from taichidem.errors import InputError, unknown_name
 from taichidem.materials import Material, MaterialPair, rayleigh_time_step
-from taichidem.walls import Wall
+from taichidem.walls import Motion, Wall
 
 SAFE_STEP = 0.2  # of the Rayleigh time
 LARGEST_STEP = 0.3  # of the Rayleigh time, beyond which contacts are not resolved
-LEAST_SKIN = 0.01  # of the largest radius, where contacts hold an amount
 
 
 @dataclass(frozen=True)
@@ -192,6 +191,7 @@ class Scene:
         self._check_lists()
         for wall in self.walls:
             self.model.material_number(wall.material)
+            self.check_load(wall.name, wall.motion)
             if math.isnan(wall.removed_at):
                 raise InputError(f"Wall {wall.name!r}: removed_at is nan; give a time [s], or leave it out.")
         for name in self.grain_materials:
@@ -208,16 +208,19 @@ class Scene:
     def _check_lists(self) -> None:
         if self.skin is not None and not (math.isfinite(self.skin) and self.skin >= 0):
             raise InputError(f"skin is {self.skin!r}; it must be a finite number from 0 [m], or left out.")
-        least = LEAST_SKIN * self.largest_radius
-        carriers = [e.name for e in self.model.effects if isinstance(e, ContactEffect) and e.carries]
-        if carriers and self.skin is not None and self.skin < least:
-            raise InputError(
-                f"skin is {self.skin:g} m; with {carriers[0]} it must be {least:g} m or more, so that a pair that parts is "
-                "listed once more and gives back what it holds. Leave it out, or take a larger one."
-            )
         if not (math.isfinite(self.partners) and self.partners > 0):
             raise InputError(
                 f"partners is {self.partners!r}; it must be a finite number above 0 (12 suits most scenes)."
+            )
+
+    def check_load(self, name: str, motion: Motion) -> None:
+        """Raise InputError for a loaded wall so light that the time step, chosen for the grains, can't follow it."""
+        density = min(m.density for m in self.model.materials if m.name in self.grain_names)
+        least = 4 / 3 * math.pi * density * self.smallest_radius**3
+        if any(motion.load) and motion.mass < least:
+            raise InputError(
+                f"Wall {name!r} is loaded and has a mass of {motion.mass:.3g} kg, less than the lightest grain ({least:.3g} kg); "
+                "the time step doesn't resolve how it would bounce. Give it the mass of the grains below it, or more."
             )
 
     def check_bodies(self, bodies: Bodies) -> None:

@@ -255,6 +255,7 @@ class Simulation:
             load=tuple(load),
             mass=mass,
         )
+        self.scenes[world].check_load(name, motion)
         access.write(number, [row | motion_columns(replace(wall, motion=motion))])
 
     def remove_wall(self, name: str, *, world: int = 0) -> None:
@@ -265,7 +266,15 @@ class Simulation:
         """
         number, _ = self._wall_number(name, world)
         access = self._engine.access["walls"]
-        access.write(number, [access.read_row(number) | {"removed_at": self.time(world)}])
+        gone = {"removed_at": self.time(world), "force": np.zeros(3), "torque": np.zeros(3)}
+        access.write(number, [access.read_row(number) | gone])
+
+    def standing_walls(self, world: int = 0) -> list[str]:
+        """Return the names of the walls that have not been taken away; walls without a name of their own are left out."""
+        first, time = int(self._world(world)["first_wall"]), self.time(world)
+        names = [wall.name for wall in self.scenes[world].walls]
+        rows = (self._engine.access["walls"].read(first + k) for k in range(len(names)))
+        return [n for n, row in zip(names, rows, strict=True) if n and names.count(n) == 1 and time < row["removed_at"]]
 
     def _wall_number(self, name: str, world: int) -> tuple[int, Wall]:
         """Return the row of a world's wall in the table of walls, and the wall as it was given."""

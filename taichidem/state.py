@@ -61,6 +61,7 @@ _WORLD = {
     "element_capacity": ti.i32,
     "element_base": ti.i32,
     "elements": ti.i32,
+    "elements_before": ti.i32,  # of the last rebuild
     "first_slot": ti.i32,
     "slot_capacity": ti.i32,
     "slot_base": ti.i32,

@@ -23,8 +23,12 @@ class WallMotion(OnTables):
         first = self.worlds[w].first_wall
         fastest = 0.0
         for k in range(first, first + self.worlds[w].walls):
-            self._push(k, dt)
-            if self.walls[k].moves == 1:
+            present = self.present(w, k)
+            if present:
+                self._push(k, dt)
+            self.walls[k].force = vec3(0.0)
+            self.walls[k].torque = vec3(0.0)
+            if self.walls[k].moves == 1 and present:
                 wall = self.walls[k]
                 self.walls[k].origin = wall.origin + dt * wall.velocity
                 rate = wall.spin.norm()
@@ -46,12 +50,15 @@ class WallMotion(OnTables):
 
     @ti.func
     def _push(self, k, dt):
-        """Let load and grains accelerate a loaded wall along its guide, and empty the sum of the grains' forces."""
+        """Let load and grains accelerate a loaded wall along its guide."""
         wall = self.walls[k]
         push = wall.load + wall.force.dot(wall.guide)
         self.walls[k].velocity = wall.velocity + (dt * wall.inverse_mass * push) * wall.guide
-        self.walls[k].force = vec3(0.0)
-        self.walls[k].torque = vec3(0.0)
+
+    @ti.func
+    def present(self, w, k):
+        """Return whether a wall has not been taken away."""
+        return self.worlds[w].step * self.worlds[w].dt < self.walls[k].removed_at
 
     @ti.func
     def forget_forces(self, w):

@@ -57,7 +57,8 @@ class Motion:
         centre: the point it turns about [m], which moves with `velocity`.
         load: force [N] that pushes the wall; it then slides freely along the load's direction, as a weight in a guide
             does, and keeps its `velocity` across it.
-        mass: of a loaded wall [kg]; any other wall moves as it is told and needs none.
+        mass: of a loaded wall [kg], at least that of a grain, better that of all grains it rests on; any other wall moves
+            as it is told and needs none.
 
     Raises:
         InputError: a load without a mass, or a mass without a load.

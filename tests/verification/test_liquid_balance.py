@@ -125,6 +125,24 @@ def test_thousands_of_bridges_come_and_go():
     assert simulation.snapshot().rebuilds > 50
 
 
+@pytest.mark.parametrize("schedule", ["worlds", "particles"])
+@pytest.mark.parametrize("speed", [2.0, 8.0])
+def test_grains_that_outrun_thin_lists_keep_their_liquid(schedule, speed):
+    """Apart by more than the skin in one step: no list holds the pair, and the bridge's liquid goes back all the same."""
+    grains = ball([[-0.0101, 0, 0], [0.0101, 0, 0]], velocity=[[speed, 0, 0], [-speed, 0, 0]])
+    law = [NormalHertz(restitution=0.9), wet(surface_tension=1e-6, viscosity=0.0)]
+    simulation = Simulation(scene(grains, walls=(), law=law, skin=1e-5), schedule)
+    first = held(simulation)
+    formed = 0
+    for _ in range(60):
+        simulation.run_steps(1)
+        formed = max(formed, len(bridges(simulation)))
+        assert held(simulation) == pytest.approx(first, rel=ROUND_OFF)
+    assert formed == 1
+    assert len(bridges(simulation)) == 0
+    assert simulation.snapshot().carried.sum() == pytest.approx(first, rel=ROUND_OFF)
+
+
 def flat_mesh(size=0.1, pieces=5):
     """Return a floor of many coplanar triangles."""
     line = np.linspace(-size, size, pieces + 1)

@@ -59,6 +59,45 @@ def test_both_schedules_give_walls_the_same_bits():
     assert np.array_equal(states[0], states[1])
 
 
+def test_cut_runs_with_a_loaded_wall_give_the_same_bits(schedule):
+    states = []
+    for pieces in ([1200], [600, 600], [1, 599, 300, 300]):
+        simulation = pressed(schedule)
+        for steps in pieces:
+            simulation.run_steps(steps)
+        lid, floor = simulation.wall("lid"), simulation.wall("floor")
+        states.append(
+            np.concatenate([lid.centre, lid.velocity, lid.force, floor.force, simulation.snapshot().position.ravel()])
+        )
+    assert np.array_equal(states[0], states[1])
+    assert np.array_equal(states[0], states[2])
+
+
+def test_a_loaded_wall_that_is_taken_away_stops_and_costs_nothing(schedule):
+    simulation = pressed(schedule)
+    simulation.run(0.4)
+    simulation.remove_wall("lid")
+    assert not np.any(simulation.wall("lid").force)
+    place, before = simulation.wall("lid").centre, simulation.snapshot().rebuilds
+    simulation.run(0.4)
+    assert np.array_equal(simulation.wall("lid").centre, place)
+    assert simulation.snapshot().rebuilds <= before + 3
+    assert simulation.standing_walls() == ["floor"]
+
+
+def test_walls_feel_the_evaluation_that_stopped_a_world():
+    """Both schedules say the same of a world that failed."""
+    forces = []
+    for schedule in ("worlds", "particles"):
+        grain = ball([[0.0, 0.0, 0.02]], velocity=(0, 0, -40.0))
+        simulation = Simulation(scene(grain, walls=(FLOOR,), law=effects(), time_step=5e-5), schedule)
+        simulation.run(0.01)
+        assert "overlaps too far" in simulation.failure()
+        forces.append(simulation.wall("floor").force)
+    assert forces[0][2] < 0
+    assert np.array_equal(*forces)
+
+
 def test_a_removed_wall_no_longer_carries(schedule):
     simulation = pressed(schedule)
     simulation.run(0.3)
@@ -123,9 +162,14 @@ def test_wall_names_and_loads_are_checked():
         simulation.wall("flor")
     with pytest.raises(InputError, match=r"Motion\.velocity"):
         simulation.move_wall("floor", velocity=(0, np.nan, 0))
+    with pytest.raises(InputError, match="less than the lightest grain"):
+        simulation.move_wall("floor", load=(0, 0, -1.0), mass=1e-3)
     twice = Simulation(scene(ball([[0, 0, 0.02]]), walls=(FLOOR, FLOOR)))
     with pytest.raises(InputError, match="2 walls are named 'floor'"):
         twice.remove_wall("floor")
+    light = Motion(load=(0, 0, -1.0), mass=1e-3)
+    with pytest.raises(InputError, match=r"'lid' is loaded and has a mass of 0\.001 kg, less than the lightest grain"):
+        pressed("worlds", Plane(name="lid", material="rigid", point=(0, 0, 0.05), normal=(0, 0, -1), motion=light))
     for wrong in ({"load": (0, 0, -1.0)}, {"mass": 1.0}, {"load": (0, 0, -1.0), "mass": -1.0}):
         with pytest.raises(InputError, match="a loaded wall needs both"):
             Motion(**wrong)
