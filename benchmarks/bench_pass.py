@@ -141,14 +141,18 @@ def as_text(rows: Sequence[Row], compiling: float, peer: str, loads: tuple[float
     """Return everything for the screen."""
     text = [machine(), f"Peer: {peer}.", f"Load before {loads[0]:.2f}, after {loads[1]:.2f} (idle is near 0).", ""]
     text += [table(rows), "", observed(rows), ""]
-    text.append(f"Compiling for one thread, not in the above: {compiling:.1f} s (kernels in Taichi's cache load quicker).")
+    text.append(
+        f"Compiling for one thread, not in the above: {compiling:.1f} s (kernels in Taichi's cache load quicker)."
+    )
     one = sum(r.one.seconds for r in rows)
     pairs = [r.two.seconds for r in rows if r.two]
     text.append(f"One seed on one thread: {one:.1f} s.")
     if len(pairs) == len(rows):
         ratio = sum(pairs) / one
         verdict = "reached" if ratio <= AIM else "missed"
-        text.append(f"Two seeds on two threads: {sum(pairs):.1f} s, {ratio:.2f} times that; the aim of {AIM} is {verdict}.")
+        text.append(
+            f"Two seeds on two threads: {sum(pairs):.1f} s, {ratio:.2f} times that; the aim of {AIM} is {verdict}."
+        )
     return "\n".join(text)
 
 
@@ -173,7 +177,9 @@ def parser() -> argparse.ArgumentParser:
     parser.add_argument("--study", type=Path, default=STUDIES / "pub-a", help="study folder")
     parser.add_argument("--only", nargs="+", metavar="EXPERIMENT", help="only these experiments")
     parser.add_argument("--seeds", type=int, nargs=2, default=(1, 2), metavar="N")
-    parser.add_argument("--quick", action="store_true", help="a few hundredths of a second of each test; measures nothing")
+    parser.add_argument(
+        "--quick", action="store_true", help="a few hundredths of a second of each test; measures nothing"
+    )
     parser.add_argument("--no-peer", action="store_true", help="do not run LIGGGHTS")
     parser.add_argument("--no-pair", action="store_true", help="do not run two seeds on two threads")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all numbers to a file")
@@ -183,19 +189,19 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the pass and print its tables."""
     given = parser().parse_args(arguments)
-    try:
-        study = read_study(given.study)
-        tests = {name: study.experiment(name) for name in given.only or study.experiments}
-        model = study.model_with(TRUE)
-    except InputError as error:
-        print(f"Error: {error}", file=sys.stderr)
-        return 2
-    if given.quick:
-        tests = {name: shortened(test) for name, test in tests.items()}
     peer = not given.no_peer and peer_liggghts.executable() is not None
     absent = "left out" if given.no_peer else "liggghts is not on the PATH (Debian: apt-get install liggghts)"
     before = load()
-    rows, compiling = measure(tests, model, given.seeds, peer=peer, two=not given.no_pair, quick=given.quick)
+    try:
+        study = read_study(given.study)
+        tests = {name: study.experiment(name) for name in given.only or study.experiments}
+        if given.quick:
+            tests = {name: shortened(test) for name, test in tests.items()}
+        model = study.model_with(TRUE)
+        rows, compiling = measure(tests, model, given.seeds, peer=peer, two=not given.no_pair, quick=given.quick)
+    except InputError as error:
+        print(f"Error: {error}", file=sys.stderr)
+        return 2
     report = (rows, compiling, peer_liggghts.version() if peer else absent, (before, load()))
     print(as_text(*report))
     if given.json is not None:

@@ -19,17 +19,25 @@ import numpy as np
 
 from benchmarks.peer_liggghts import run_deck
 from taichidem.bodies import Bodies
-from taichidem.errors import TaichidemError
+from taichidem.errors import InputError, TaichidemError
 from taichidem.experiments import Experiment, hopper_discharge, rotating_drum
 from taichidem.procedure import World
 from taichidem.scene import Model
 from taichidem.walls import Cylinder, Disc, Mesh, Plane, Wall
 
 LAW = "model hertz tangential history"
+LAWS = {"normal_hertz", "tangential_mindlin", "body_gravity"}  # what LAW and gravity stand for
 SKIN = 0.3  # of the diameter
 RESOLUTION = 64  # sides of a round wall
 # Walls that may as well be infinite, as no grain gets around their ends.
 ENDLESS = {"bulk_density": ("cup wall", "cup bottom"), "hopper_discharge": ("bin",)}
+INTEGRATE = [
+    "fix motion all nve/sphere",
+    "thermo_style custom step atoms",
+    "thermo 100000000",
+    "thermo_modify lost ignore norm no",
+]
+LOOK = ["dump last all custom 1 last.dump id x y z", "run 0"]
 STREAM_SEEDS = (32452843, 15485863, 15485867)  # LIGGGHTS asks for large primes
 
 
@@ -142,7 +150,16 @@ def head(case: Case) -> list[str]:
 
 
 def laws(case: Case) -> list[str]:
-    """Return the contact law with the model's numbers, gravity, the step and the integration."""
+    """Return the contact law with the model's numbers, the step and gravity.
+
+    Raises:
+        InputError: a model with other effects than these laws.
+    """
+    names = {effect.name for effect in case.model.effects}
+    if names != LAWS:
+        raise InputError(
+            f"The model has the effects {sorted(names)}; scripts for LIGGGHTS are written for {sorted(LAWS)} only."
+        )
     grain, wall = case.test.grain(case.model).material, case.test.wall_material(case.model)
     other = next(m for m in case.model.materials if m.name == wall)
     values = {p: v for e in case.model.effects for p, v in e.values.items()}
@@ -165,14 +182,6 @@ def laws(case: Case) -> list[str]:
         f"timestep {case.step:.17g}",
         f"fix weight all gravity {np.linalg.norm(fall):.17g} vector {' '.join(f'{g:.17g}' for g in fall)}",
     ]
-
-
-END = [
-    "thermo_modify lost ignore",
-    "dump last all custom 1 last.dump id x y z",
-    "run 0",
-]
-INTEGRATE = ["fix motion all nve/sphere", "thermo_style custom step atoms", "thermo 100000000", "thermo_modify lost ignore norm no"]
 
 
 def rain(case: Case, folder: Path) -> list[str]:
@@ -275,7 +284,7 @@ def deck(case: Case, folder: Path) -> str:
     """Return the input script of a test, and write the files that it reads."""
     grains = ["create_box 2 domain"] if case.test.name == "fixed_funnel" else rain(case, folder)
     procedure = PROCEDURES[case.test.name](case)
-    return "\n".join([*head(case), *grains, *laws(case), *walls(case, folder), *INTEGRATE, *procedure, *END, ""])
+    return "\n".join([*head(case), *grains, *laws(case), *walls(case, folder), *INTEGRATE, *procedure, *LOOK, ""])
 
 
 def frames(path: Path) -> list[np.ndarray]:
