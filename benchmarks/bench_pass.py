@@ -146,12 +146,17 @@ def as_text(rows: Sequence[Row], compiling: float, peer: str, loads: tuple[float
     )
     one = sum(r.one.seconds for r in rows)
     pairs = [r.two.seconds for r in rows if r.two]
-    text.append(f"One seed on one thread: {one:.1f} s.")
+    computed = sum(r.one.processor for r in rows)
+    text.append(f"One seed on one thread: {one:.1f} s, in which it computed for {computed:.1f} s.")
     if len(pairs) == len(rows):
         ratio = sum(pairs) / one
         verdict = "reached" if ratio <= AIM else "missed"
         text.append(
             f"Two seeds on two threads: {sum(pairs):.1f} s, {ratio:.2f} times that; the aim of {AIM} is {verdict}."
+        )
+        each = sum(r.two.processor for r in rows if r.two) / 2
+        text.append(
+            f"They computed for {each:.1f} s each; computed and passed time differ where others use the machine."
         )
     return "\n".join(text)
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from time import perf_counter
+from time import perf_counter, process_time
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -16,6 +17,8 @@ from taichidem.scene import Model
 from taichidem.simulation import Simulation
 from taichidem.stepper import Stepper
 
+COUNTS = ("grains_in_box", "grains_in_cup")  # details that two codes can compare besides the observables
+
 
 @dataclass(frozen=True)
 class Timing:
@@ -23,14 +26,17 @@ class Timing:
 
     Attributes:
         seconds: from the experiment and its model to its observables, compilation apart.
-        stepping: seconds of those in which the engine stepped; the rest is insertion, looks and measurement.
+        processor: seconds that all its threads computed; on an idle machine the same as `seconds` for one thread, and what
+            is left to compare on a busy one.
+        stepping: those of `seconds` in which the engine stepped; the rest is insertion, looks and measurement.
         steps: time steps of the longest world.
         particle_steps: grains present times steps, of all worlds.
-        observables: of each world; empty where it could not be measured.
+        observables: of each world, with counts of grains; empty where it could not be measured.
         failures: what went wrong, of each world that has no observables.
     """
 
     seconds: float
+    processor: float
     stepping: float
     steps: int
     particle_steps: float
@@ -66,6 +72,11 @@ class Meter:
             yield
 
 
+def seen(observables: Mapping[str, float], details: Mapping[str, Any]) -> dict[str, float]:
+    """Return what two codes compare: the observables and counts of grains."""
+    return {**observables, **{name: float(details[name]) for name in COUNTS if name in details}}
+
+
 def warm(test: Experiment, model: Model, worlds: int) -> float:
     """Compile all that an experiment calls, and return the seconds: insert its first grains, do one step, look."""
     start = perf_counter()
@@ -82,14 +93,15 @@ def timed(test: Experiment, model: Model, seeds: Sequence[int]) -> Timing:
     """Run an experiment with the given seeds side by side."""
     meter = Meter()
     with meter.on():
-        start = perf_counter()
+        start, computed = perf_counter(), process_time()
         outcomes = test.run(model, seeds)
-        seconds = perf_counter() - start
+        seconds, processor = perf_counter() - start, process_time() - computed
     return Timing(
         seconds,
+        processor,
         meter.seconds,
         round(meter.steps),
         meter.particle_steps,
-        tuple(dict(outcome.observables) for outcome in outcomes),
+        tuple(seen(outcome.observables, outcome.details) for outcome in outcomes),
         tuple(outcome.failure for outcome in outcomes if outcome.failure),
     )

@@ -12,7 +12,7 @@ import pyvista
 from benchmarks import bench_pass
 from benchmarks.bench_pass import Row, shortened, table
 from benchmarks.pass_liggghts import Case, PeerTiming, deck, loops, observe
-from benchmarks.pass_ours import Timing
+from benchmarks.pass_ours import Timing, seen
 from taichidem.effects import BodyGravity, NormalHertz, RollingConstantTorque, TangentialMindlin
 from taichidem.errors import InputError
 from taichidem.experiments import BulkDensity, FixedFunnel, HopperDischarge, Ledge, Rebound, RotatingDrum
@@ -105,13 +105,21 @@ def test_what_liggghts_leaves_behind_is_measured_as_ours(tmp_path):
 
 
 def test_the_table_adds_up_and_compares_like_with_like():
-    one, two = Timing(4.0, 3.0, 10, 8e6, ({},), ()), Timing(5.0, 4.0, 10, 1.6e7, ({}, {}), ())
+    one, two = Timing(4.0, 4.0, 3.0, 10, 8e6, ({},), ()), Timing(5.0, 10.0, 4.0, 10, 1.6e7, ({}, {}), ())
     rows = [Row("heap", 9, one, two, PeerTiming(8.0, 10, {})), Row("rebound", 1, one, two, None)]
     heap, rebound, both, compared = (re.split(r"\s{2,}", line.strip()) for line in table(rows).splitlines()[1:])
     assert heap[2:] == ["10", "8.00", "4.00", "2.00", "25.0 %", "5.00", "1.25", "8.00", "10", "0.50"]
     assert rebound[-3:] == ["–", "–", "–"]
     assert both[1:] == ["20", "16.00", "8.00", "2.00", "25.0 %", "10.00", "1.25", "–", "–", "–"]
     assert compared[-1] == "0.50"
+    text = bench_pass.as_text(rows, 1.0, "LIGGGHTS", (0.0, 0.0))
+    assert "One seed on one thread: 8.0 s, in which it computed for 8.0 s." in text
+    assert "Two seeds on two threads: 10.0 s, 1.25 times that; the aim of 1.15 is missed." in text
+    assert "They computed for 10.0 s each;" in text
+
+
+def test_counts_of_grains_are_compared_too():
+    assert seen({"angle": 1.0}, {"grains_in_box": 7, "other": 3}) == {"angle": 1.0, "grains_in_box": 7.0}
 
 
 def test_a_quick_pass_is_short_and_a_failed_test_is_no_time():
@@ -120,4 +128,4 @@ def test_a_quick_pass_is_short_and_a_failed_test_is_no_time():
     assert shortened(FixedFunnel()).settings.particles == 48
     assert shortened(Rebound(speed=2.0)).settings.speed == 2.0
     with pytest.raises(RuntimeError, match="diverged"):
-        bench_pass.checked("heap", Timing(1.0, 1.0, 1, 1.0, ({},), ("diverged",)))
+        bench_pass.checked("heap", Timing(1.0, 1.0, 1.0, 1, 1.0, ({},), ("diverged",)))
