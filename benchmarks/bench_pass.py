@@ -18,7 +18,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks import pass_liggghts, pass_ours, peer_liggghts
+from benchmarks import pass_decks, pass_liggghts, pass_ours, peer_liggghts
 from benchmarks.__main__ import last_core, tell
 from benchmarks.agreement import STUDIES
 from benchmarks.pass_liggghts import PeerTiming
@@ -84,9 +84,9 @@ def measure(
             tell(f"{name}: one seed")
             one = single.call(pass_ours.timed, test, model, seeds[:1])
             theirs = None
-            if peer and test.name in pass_liggghts.PROCEDURES:
+            if peer and test.name in pass_decks.PROCEDURES:
                 tell(f"{name}: LIGGGHTS")
-                theirs = pass_liggghts.timed(pass_liggghts.Case(test, model, seeds[0]), core or 0)
+                theirs = pass_liggghts.timed(pass_decks.Case(test, model, seeds[0]), core or 0)
             pair = None
             if two:
                 tell(f"{name}: two seeds")

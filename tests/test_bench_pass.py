@@ -11,7 +11,8 @@ import pyvista
 
 from benchmarks import bench_pass
 from benchmarks.bench_pass import Row, shortened, table
-from benchmarks.pass_liggghts import Case, PeerTiming, deck, loops, observe
+from benchmarks.pass_decks import Case, deck
+from benchmarks.pass_liggghts import PeerTiming, loops, observe
 from benchmarks.pass_ours import Timing, seen
 from taichidem.effects import BodyGravity, NormalHertz, RollingConstantTorque, TangentialMindlin
 from taichidem.errors import InputError
