@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test lint slow gpu validate bench heap-table agreement sensitivity clean
+.PHONY: demo test lint slow gpu validate bench bench-pass heap-table agreement sensitivity clean
 
 demo: $(READY)
 	$(BIN)/taichidem demo --output demo
@@ -29,6 +29,9 @@ validate: $(READY)
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks
+
+bench-pass: $(READY)
+	$(BIN)/python -m benchmarks.bench_pass
 
 heap-table: $(READY)
 	$(BIN)/python -m benchmarks.heap_table

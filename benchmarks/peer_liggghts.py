@@ -50,8 +50,7 @@ def timed_block(position: np.ndarray, warm_up: int, steps: int, core: int) -> Pe
     """
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "bed.data").write_text(_data(position))
-        (Path(folder) / "in.bed").write_text(_deck(warm_up, steps))
-        printed, memory = _run(folder, core)
+        printed, memory = run_deck(folder, _deck(warm_up, steps), core)
     loops = re.findall(r"Loop time of (\S+) on 1 procs for (\d+) steps with (\d+) atoms", printed)
     builds = re.findall(r"Neighbor list builds = (\d+)", printed)
     if not loops or int(loops[-1][1]) != steps or int(loops[-1][2]) != len(position):
@@ -59,7 +58,10 @@ def timed_block(position: np.ndarray, warm_up: int, steps: int, core: int) -> Pe
     return PeerBlock(len(position) * steps / float(loops[-1][0]), int(builds[-1]), memory)
 
 
-def _run(folder: str, core: int) -> tuple[str, float]:
+def run_deck(folder: str, deck: str, core: int) -> tuple[str, float]:
+    """Run an input script in a folder on one processor; return what LIGGGHTS printed and its peak resident memory [MB]."""
+    (Path(folder) / "in.deck").write_text(deck)
+
     def pin() -> None:
         if hasattr(os, "sched_setaffinity"):
             os.sched_setaffinity(0, {core})
@@ -67,7 +69,7 @@ def _run(folder: str, core: int) -> tuple[str, float]:
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     with (Path(folder) / "printed").open("w+") as printed:
         process = subprocess.Popen(
-            [str(executable()), "-in", "in.bed"],
+            [str(executable()), "-in", "in.deck"],
             cwd=folder,
             env=environment,
             stdin=subprocess.DEVNULL,

@@ -120,7 +120,7 @@ def bed_table(results: Results) -> str:
         ]
         for bed in results.beds
     ]
-    return _aligned([heads, *rows])
+    return aligned([heads, *rows])
 
 
 def memory_table(results: Results) -> str:
@@ -136,7 +136,7 @@ def memory_table(results: Results) -> str:
         ]
         for b in results.beds
     ]
-    return _aligned([heads, *rows])
+    return aligned([heads, *rows])
 
 
 def heap_lines(results: Results) -> list[str]:
@@ -162,6 +162,6 @@ def as_text(results: Results) -> str:
     return "\n".join(lines + heap_lines(results))
 
 
-def _aligned(rows: list[list[str]]) -> str:
+def aligned(rows: list[list[str]]) -> str:
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return "\n".join("  ".join(cell.rjust(w) for cell, w in zip(row, widths, strict=True)) for row in rows)

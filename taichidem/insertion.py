@@ -148,9 +148,9 @@ def _free_of(tried: np.ndarray, radii: np.ndarray, present: np.ndarray, present_
     """Return which of the tried centres touch nothing that is present."""
     if len(present) == 0 or len(tried) == 0:
         return np.ones(len(tried), bool)
-    near = cKDTree(present).query_ball_point(tried, radii + float(present_radius.max()))
-    point = np.repeat(np.arange(len(tried)), [len(found) for found in near])
-    other = np.concatenate(near).astype(int)
+    reach = float(radii.max() + present_radius.max())
+    near = cKDTree(tried).sparse_distance_matrix(cKDTree(present), reach, output_type="ndarray")
+    point, other = near["i"], near["j"]
     distance = np.sqrt(((present[other] - tried[point]) ** 2).sum(axis=1))
     free = np.ones(len(tried), bool)
     free[point[distance < radii[point] + present_radius[other]]] = False

@@ -209,7 +209,7 @@ class Simulation:
         time = row["step"] * self.scenes[world].dt
         return Snapshot(
             time=time,
-            kinetic_energy=self.kinetic_energy(world),
+            kinetic_energy=float(self._exchange.kinetic(world)),
             left=int(row["left"]),
             rebuilds=int(row["rebuilds"]),
             **arrays,  # type: ignore[arg-type]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from taichidem.engine import Engine
@@ -22,24 +24,25 @@ class Stepper:
         Raises:
             SimulationError: a launch brought no world forward, which would otherwise go on for ever.
         """
-        waiting = self.steps_left(worlds)
+        rows = self.engine.access["worlds"].read_all(worlds)
+        waiting = steps_left(rows)
         while waiting.max() > 0:
             before = waiting.sum()
-            grains = self.engine.access["worlds"].read_all(worlds)["bodies"].max()
-            limit = max(50, int(PARTICLE_STEPS / max(1.0, grains)))
+            limit = max(50, int(PARTICLE_STEPS / max(1.0, rows["bodies"].max())))
             if self.engine.particles is None:
                 self.engine.advance_worlds(worlds, limit)
             else:
                 for world, steps in enumerate(waiting):
                     if steps > 0:
                         self.engine.particles.advance(world, int(min(steps, limit)))
-            waiting = self.steps_left(worlds)
+            rows = self.engine.access["worlds"].read_all(worlds)
+            waiting = steps_left(rows)
             if waiting.sum() >= before:
                 raise SimulationError(
                     f"No world moved on; {waiting.tolist()} steps are left. This is a fault of the engine."
                 )
 
-    def steps_left(self, worlds: int) -> np.ndarray:
-        """Return the steps that each running world still has to do."""
-        rows = self.engine.access["worlds"].read_all(worlds)
-        return np.where(rows["status"] == 0, np.maximum(rows["target"] - rows["step"], 0), 0)
+
+def steps_left(rows: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the steps that each running world still has to do, from the rows of the table of worlds."""
+    return np.where(rows["status"] == 0, np.maximum(rows["target"] - rows["step"], 0), 0)
