@@ -83,6 +83,10 @@ def rows_of(study: Study, table: pd.DataFrame) -> list[Row]:
     rows = []
     for m in read_measurements(study).to_dict("records"):
         runs = table[(table["experiment"] == m["experiment"]) & (table["status"] == "done")]
+        if runs.empty or m["observable"] not in runs:
+            raise InputError(
+                f"{study.path.name}: no run of {m['experiment']} gave {m['observable']}; its failures are above."
+            )
         values = runs[m["observable"]].to_numpy(float)
         scatter = float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0
         own = (m["experiment"], m["observable"], m["unit"], float(values.mean()), scatter, m["value"], m["u"])

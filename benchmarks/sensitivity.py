@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.sensitivity_changes import EFFECTS, PARAMETERS, Change
+from taichidem.errors import unknown_name
 from taichidem.study import Run, RunStore, Study, read_study, run_all
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -121,7 +122,7 @@ def standardise(table: pd.DataFrame) -> pd.DataFrame:
 def _pooled(group: pd.DataFrame) -> float:
     known = group[np.isfinite(group["seed_sd"])]
     degrees = known["n"] - 1
-    return float(np.sqrt((known["seed_sd"] ** 2 * degrees).sum() / max(1, degrees.sum())))
+    return float(np.sqrt((known["seed_sd"] ** 2 * degrees).sum() / degrees.sum())) if len(known) else np.nan
 
 
 def signatures(shifts: pd.DataFrame) -> pd.DataFrame:
@@ -204,6 +205,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from benchmarks.sensitivity_plot import plot
     from taichidem.cli_progress import progress
 
+    known = {c.name for c in (*PARAMETERS, *EFFECTS)}
+    for name in given.only or ():
+        if name not in known:
+            print(f"Error: {unknown_name('change', name, known)}", file=sys.stderr)
+            return 2
+    if given.only and given.output == ROOT / "docs":
+        print("Error: a part of the table must not replace the whole one; name a folder with -o.", file=sys.stderr)
+        return 2
     changes = [c for c in (*PARAMETERS, *EFFECTS) if not given.only or c.name in given.only]
     given.store.parent.mkdir(parents=True, exist_ok=True)
     with RunStore(given.store) as store, progress() as report:

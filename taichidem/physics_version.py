@@ -1,6 +1,6 @@
 """Which physics the engine computes; part of the key of every stored run."""
 
-PHYSICS_VERSION = "1"
+PHYSICS_VERSION = "2"
 """Raise this number with every change after which the same model, settings and seed give other observables.
 
 That is: a formula of an effect or a wall, the integration, the order of a sum, the time step chosen by default, how grains

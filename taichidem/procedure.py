@@ -7,6 +7,7 @@ itself, so it behaves the same alone and among others.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -150,6 +151,8 @@ def pour(
 ) -> Procedure:
     """Let grains appear in batches at a rate [1/s] until `count` have come; what finds no place comes with a later batch.
 
+    It ends with the last batch, at once.
+
     Raises:
         InputError: the region stays full, so that the rate can't be kept.
     """
@@ -179,7 +182,8 @@ def pour(
                 "its region, raise the drop velocity, or lower the rate."
             )
         world.progress = share[0] + (share[1] - share[0]) * done / count
-        yield batch_interval
+        if done < count:
+            yield batch_interval
 
 
 def rain(
@@ -210,20 +214,19 @@ def wait(world: World, duration: float, total: float, every: float | None = None
 
 
 def settle(
-    world: World, grain: Grain, *, at_least: float, at_most: float, quiet: float = 1e-4, gravity: float = 9.81
+    world: World, grain: Grain, *, at_least: float, at_most: float, gravity: float, quiet: float = 1e-4
 ) -> Procedure:
     """Wait until the mean kinetic energy of a grain is below `quiet` times m g d, within given times [s].
 
     A grain that trembles, as the constant-torque rolling law lets it, never rests fully; the limit is well above that.
     """
-    interval = max(at_least / 10, 0.02)
-    began = world.time
-    while world.time - began < at_most:
-        yield interval
-        if world.time - began >= at_least - 0.5 * interval:
-            grains = max(1, len(world.snapshot().mass))
-            if world.kinetic_energy < quiet * grains * grain.mass * gravity * 2 * grain.radius:
-                return
+    yield at_least
+    looks = max(1, math.ceil((at_most - at_least) / max(0.1 * at_least, 0.02)))
+    for _ in range(looks if at_most > at_least else 0):
+        grains = max(1, len(world.snapshot().mass))
+        if world.kinetic_energy < quiet * grains * grain.mass * gravity * 2 * grain.radius:
+            return
+        yield (at_most - at_least) / looks
 
 
 def play(

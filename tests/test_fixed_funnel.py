@@ -11,7 +11,8 @@ from analysis.repose_profile import ProfileSettings, measure_repose_profile
 from taichidem.errors import InputError
 from taichidem.experiments import FixedFunnel
 from taichidem.library import PAPER_HEAP, polypropylene
-from taichidem.simulation import Snapshot
+from taichidem.procedure import World, play
+from taichidem.simulation import Simulation, Snapshot
 from tests.small_heap import SMALL
 
 SHARES: list[float] = []  # what the pour of `heaps` reported as done
@@ -87,6 +88,23 @@ def test_a_pour_fills_the_cup_and_what_falls_off_leaves(heaps):
         assert heap.details["grains_in_cup"] == np.count_nonzero(in_cup & (s.position[:, 2] > 0)) > 400
         assert s.position[in_cup, 2].min() > 0.9 * s.radius[0]  # nothing sinks through the bottom
         assert 0 < heap.observables["angle_of_repose"] < 60
+
+
+def test_it_ends_the_settling_time_after_the_last_batch():
+    """40 grains at 400 a second in batches every 0.05 s: 20 at once, the others after one interval."""
+    few = {"particles": 40, "stream_rate": 400.0, "batch_interval": 0.05, "cup_radius": 0.03, "settle_time": 0.11}
+    funnel = FixedFunnel(**few)
+    model = polypropylene()
+    simulation = Simulation(funnel.scene(model))
+    world = World(simulation, 0, np.random.default_rng(1))
+    play(simulation, [funnel.procedure(world, model)], [world])
+    assert world.time == pytest.approx(0.05 + 0.11, abs=2 * simulation.scenes[0].dt)
+
+    later = FixedFunnel(**few, longest_settle_time=0.2)  # the grains still fly, so it waits as long as it may
+    simulation = Simulation(later.scene(model))
+    world = World(simulation, 0, np.random.default_rng(1))
+    play(simulation, [later.procedure(world, model)], [world])
+    assert world.time == pytest.approx(0.05 + 0.2, abs=2 * simulation.scenes[0].dt)
 
 
 def test_the_seed_decides_the_heap_whether_alone_or_among_others(heaps):

@@ -10,9 +10,9 @@ from pydantic import model_validator
 
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
 from taichidem.errors import InputError
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, gravity_of
 from taichidem.insertion import CylinderRegion
-from taichidem.procedure import Procedure, World, pour, settle
+from taichidem.procedure import Procedure, World, pour, settle, wait
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot
 from taichidem.units import Duration, Length, Number, PerSecond, Speed, quantity
@@ -96,7 +96,11 @@ class FixedFunnel(Experiment):
         pouring = s.particles / s.stream_rate
         share = pouring / (pouring + s.settle_time)
         yield from pour(world, grain, region, s.particles, s.stream_rate, s.batch_interval, drop, (0.0, share))
-        yield from settle(world, grain, at_least=s.settle_time, at_most=s.longest_settle_time or s.settle_time)
+        if s.longest_settle_time is None:
+            yield from wait(world, s.settle_time, world.time + s.settle_time)
+        else:
+            longest = s.longest_settle_time
+            yield from settle(world, grain, at_least=s.settle_time, at_most=longest, gravity=gravity_of(model))
 
     def measure(self, snapshot: Snapshot, record: Mapping[str, list]) -> tuple[dict[str, float], dict[str, Any]]:
         s = self.settings

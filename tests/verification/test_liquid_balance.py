@@ -126,7 +126,7 @@ def test_thousands_of_bridges_come_and_go():
 
 
 @pytest.mark.parametrize("schedule", ["worlds", "particles"])
-@pytest.mark.parametrize("speed", [2.0, 8.0])
+@pytest.mark.parametrize("speed", [2.0, 3.0])
 def test_grains_that_outrun_thin_lists_keep_their_liquid(schedule, speed):
     """Apart by more than the skin in one step: no list holds the pair, and the bridge's liquid goes back all the same."""
     grains = ball([[-0.0101, 0, 0], [0.0101, 0, 0]], velocity=[[speed, 0, 0], [-speed, 0, 0]])
@@ -134,8 +134,9 @@ def test_grains_that_outrun_thin_lists_keep_their_liquid(schedule, speed):
     simulation = Simulation(scene(grains, walls=(), law=law, skin=1e-5), schedule)
     first = held(simulation)
     formed = 0
-    for _ in range(60):
+    for _ in range(120):
         simulation.run_steps(1)
+        simulation.check()
         formed = max(formed, len(bridges(simulation)))
         assert held(simulation) == pytest.approx(first, rel=ROUND_OFF)
     assert formed == 1
