@@ -7,7 +7,6 @@ from taichidem.effects.base import Stage
 from tests.conformance.registered import CONTACT, named, with_grains_and_walls
 from tests.effect_bench import (
     DT,
-    OVERLAP,
     SPIN_I,
     VELOCITY,
     acts_on,
