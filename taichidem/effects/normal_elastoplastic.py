@@ -11,9 +11,7 @@ from taichidem.effects.normal_hertz import damping_ratio_attractive, damping_rat
 from taichidem.materials import MaterialPair
 
 NEVER = 1e9  # overlap over radius at which a contact yields that doesn't
-LEAST_RATIO = (
-    1e-4  # E*/p_y below which no contact yields: δ_y is 1e8 radii, and its square would pass the largest float
-)
+LEAST_RATIO = 1e-4  # E*/p_y below which no contact yields; δ_y is 1e8 R* there, and far below it no float
 
 
 class NormalElastoplastic(ContactEffect):
