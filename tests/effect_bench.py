@@ -187,12 +187,27 @@ def reach_of(kind):
     return middle(kind).reach(PAIR, RADIUS)
 
 
-def partners_of(kind):
-    """Return 0 for an effect that acts between grains, 1 for one that acts at walls only, as `wall` wants it."""
-    if kind.family == "normal":
-        return 0
-    states = history(2, deepest_gap=0.8 * reach_of(kind))
-    return int(np.array_equal(bench(kind).answers(states), base_bench(kind).answers(states)))
+def contribution(made, states, wall=0, **scaled):
+    """Return what an effect, the last one of its bench, adds to the answers of what it stands on.
+
+    Of a normal law, which stands on nothing, that is all of its answer.
+    """
+    kind = type(made.effects[-1])
+    out = made.answers(states, wall, **scaled)
+    return out if kind.family == "normal" else out - base_bench(kind).answers(states, wall, **scaled)
+
+
+def share(part, whole):
+    """Return the largest of what is part of answers, in force, couple and amounts, over the largest of the whole there."""
+    groups = (slice(3), slice(3, 6), slice(6, 8))
+    sizes = [(np.abs(part[:, group]).max(), np.abs(whole[:, group]).max()) for group in groups]
+    return max(size / of if of else np.inf for size, of in sizes if size) if np.any(part) else 0.0
+
+
+def acts_on(kind, states):
+    """Return at which partners an effect has a share that counts, 0 between grains and 1 at walls; the first is its own."""
+    made = bench(kind)
+    return [wall for wall in (0, 1) if share(contribution(made, states, wall), made.answers(states, wall)) > 1e-6]
 
 
 def at_rest(overlaps):
@@ -213,7 +228,7 @@ def history(seed, n=60, deepest_gap=0.0):
     swing = np.sin(2 * np.pi * t * 1.5 + rng.uniform(0, 6))
     overlap = np.where(swing > 0, 1e-4, deepest_gap) * swing + (2e-5 if deepest_gap == 0.0 else 0.0)
     overlap = np.maximum(overlap, 2e-6) if deepest_gap == 0.0 else overlap
-    return np.hstack([normal, overlap, 0.5 * wave[1], 30 * wave[2], 30 * wave[3]])
+    return np.hstack([normal, overlap, wave[1], 30 * wave[2], 30 * wave[3]])
 
 
 def rotation(seed):

@@ -46,7 +46,7 @@ def test_it_stands_trial_with_the_built_in_effects(package):
         "-q",
         "-p",
         "no:cacheprovider",
-        "tests/conformance/test_effects.py",
+        "tests/conformance",
         "-k",
         "adhesion_constant",
     ]

@@ -42,7 +42,8 @@ class Parameter:
         unit: SI unit as text, "1" for a pure number.
         low, high: physical bounds, inclusive unless `open_low`.
         plausible: range in which real materials lie; a design takes it where the user gives none.
-        vanishing: value at which the effect does nothing, or None where there is none.
+        vanishing: with every parameter that has such a value at it, the effect does nothing (see `Effect.vanished`); one of
+            several alone may leave a part of it. None where there is none.
         default: value used when none is given; None makes the parameter required.
         per_pair: True if each pair of materials may have its own value.
         coarse_graining: exponent k of the rule p′ = s^k p for grains s times as large.
@@ -197,6 +198,10 @@ class Effect:
             held, scale = self.values[p.name], factor**p.coarse_graining
             changes[p.name] = {k: v * scale for k, v in held.items()} if isinstance(held, dict) else held * scale
         return self.with_values(**changes)
+
+    def vanished(self) -> "Effect":
+        """Return a copy that does nothing: every parameter with a vanishing value at it, the others as they are."""
+        return self.with_values(**{p.name: p.vanishing for p in self.parameters if p.vanishing is not None})
 
     @property
     def composition(self) -> tuple:

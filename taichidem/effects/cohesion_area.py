@@ -20,7 +20,10 @@ class CohesionArea(ContactEffect):
     no hysteresis, and grows with the softness of the grains.
 
     Expected behaviour: steeper heaps and drums, looser packings, slower discharge; a pair at rest presses deeper, since the
-    attraction acts against Hertz. Limits: above k ≈ 4/3 E* √(δ/R)/π at the overlap under load the contact collapses.
+    attraction acts against Hertz. Limits: Hertz alone carries the pull where k = 4/3 E* √(δ/(2R))/π between equal spheres
+    and k = 2/3 E* √(δ/R)/π at a wall, so without any load a contact settles at δ = 2R (3πk/(4E*))² and R (3πk/(2E*))²;
+    where that is no longer small beside R, grains sink into each other. Of overlapping elements of one body each pulls for
+    itself, so that a body of several spheres sticks more than its outline would.
     """
 
     name: ClassVar[str] = "cohesion_area"

@@ -23,7 +23,8 @@ class CohesionDmt(ContactEffect):
 
     Expected behaviour: as an added load between all grains: steeper heaps and drums, lumps, slower discharge; it doesn't
     depend on stiffness. Limits: hard, small grains with a Tabor parameter well below 1; surface forces out of contact,
-    which make it tear later, are left out.
+    which make it tear later, are left out; one pull per element, so that a body of several spheres which touches with two
+    is held twice.
     """
 
     name: ClassVar[str] = "cohesion_dmt"

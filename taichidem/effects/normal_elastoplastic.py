@@ -11,6 +11,7 @@ from taichidem.effects.normal_hertz import damping_ratio_attractive, damping_rat
 from taichidem.materials import MaterialPair
 
 NEVER = 1e9  # overlap over radius at which a contact yields that doesn't
+LEAST_RATIO = 1e-4  # E*/p_y below which no contact yields; δ_y is 1e8 R* there, and far below it no float
 
 
 class NormalElastoplastic(ContactEffect):
@@ -81,12 +82,13 @@ class NormalElastoplastic(ContactEffect):
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
         """Return 4/3 E* [Pa], δ_y/R* [1], π p_y [Pa] and 2 √(5/6) β √(2 E*) [√Pa]."""
         modulus, ratio = pair.youngs_modulus, self.value("modulus_over_yield_pressure", pair)
+        yields = ratio > LEAST_RATIO
         e = self.value("restitution", pair)
         beta = damping_ratio_attractive(e) if self.attraction else damping_ratio_clipped(e)
         return {
             "stiffness": 4 / 3 * modulus,
-            "yield_overlap": (math.pi / (2 * ratio)) ** 2 if ratio else NEVER,
-            "plastic_slope": math.pi * modulus / ratio if ratio else 0.0,
+            "yield_overlap": (math.pi / (2 * ratio)) ** 2 if yields else NEVER,
+            "plastic_slope": math.pi * modulus / ratio if yields else 0.0,
             "damping": 2 * math.sqrt(5 / 6) * beta * math.sqrt(2 * modulus),
         }
 

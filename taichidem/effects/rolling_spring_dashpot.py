@@ -18,7 +18,9 @@ class RollingSpringDashpot(ContactEffect):
     below the cap a dashpot 2 η_r √(I_r k_r) acts too, 1/I_r = 1/(I_i + m_i R_i²) + 1/(I_j + m_j R_j²).
 
     Expected behaviour: like the constant torque while rolling, and at rest a couple that holds the grain: kinetic energy
-    of a heap falls to round-off, balls stay on slopes below tan⁻¹ μ_r. Limits: I of solid spheres, 2/5 m R².
+    of a heap falls to round-off, balls stay on slopes below tan⁻¹ μ_r. Limits: for the dashpot
+    I = 2/5 m R² of a solid sphere, also where the body is made of several: there m is that of the body and R that of the
+    element that touches, so the share of critical damping is another one than was asked for.
     """
 
     name: ClassVar[str] = "rolling_spring_dashpot"

@@ -22,9 +22,12 @@ class TwistingResistance(ContactEffect):
     A rigid turn of a pair is no relative spin, and sides that swap see the same Ω: the couple needs no turning.
 
     Expected behaviour: a ball that spins on a plane stops after I ω/(2/3 μ_tw a F_n); heaps and shear hardly change, as a
-    is small beside R. In a collision a grows with R; under a weight a/R grows as s^(1/3) with coarse graining, and a
-    coefficient s^(−1/3) times as large would keep the couple over weight times radius. Limits: I of solid spheres,
-    2/5 m R²; sliding and twisting do not share one budget of friction.
+    is small beside R. Limits: I of solid spheres, 2/5 m R²; sliding and twisting do not share one budget of friction.
+
+    Coarse graining keeps it in collisions, where a grows with R, not under a weight, where a/R grows as s^(1/3): there
+    the largest couple over weight times radius grows by s^(1/3), which a coefficient s^(−1/3) times as large undoes, but
+    the spring, k_tw ∝ s⁴ turned by angles ∝ δ/R ∝ s^(2/3), is then still s^(2/3) times too stiff beside it, and no
+    parameter undoes that.
     """
 
     name: ClassVar[str] = "twisting_resistance"

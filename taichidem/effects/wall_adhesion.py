@@ -22,7 +22,8 @@ class WallAdhesion(ContactEffect):
 
     Expected behaviour: grains hang on walls and on what is lifted out of them, walls seem rougher, the first layer stays;
     away from walls nothing changes, so that a wide apparatus shows it less than a narrow one. Limits: spheres on
-    walls flat at their scale; in a corner every wall pulls.
+    walls flat at their scale; in a corner every wall pulls, and so does every element of a body of several spheres that
+    touches.
     """
 
     name: ClassVar[str] = "wall_adhesion"

@@ -5,47 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from taichidem import plugins
 from taichidem.effects.base import BodyEffect, ContactEffect, SetupEffect, Stage
 from taichidem.errors import CompositionError, InputError
 from taichidem.materials import Material, MaterialPair
 from taichidem.scene import Model
-from tests.effect_bench import (
-    DT,
-    HELD,
-    OVERLAP,
-    PAIR,
-    RADIUS,
-    SOFT,
-    SPIN_I,
-    SPIN_J,
-    VELOCITY,
-    at_rest,
-    base_bench,
-    bench,
-    beneath,
-    body_bench,
-    history,
-    middle,
-    partners_of,
-    reach_of,
-    rotation,
-    turned,
-    work,
-)
-
-EVERY = [plugins.get("effect", name) for name in plugins.names("effect")]
-CONTACT = [e for e in EVERY if issubclass(e, ContactEffect)]
-BODY = [e for e in EVERY if issubclass(e, BodyEffect)]
-
-
-def named(kinds):
-    return pytest.mark.parametrize("kind", kinds, ids=lambda k: k.name)
-
-
-def deepest_gap(kind):
-    """Return a gap [m] that a history should reach, where the effect can act before touch."""
-    return 0.8 * reach_of(kind)
+from tests.conformance.registered import BODY, CONTACT, EVERY, SETUP, named
+from tests.effect_bench import PAIR, RADIUS, SOFT, beneath, body_bench, middle
 
 
 @named(EVERY)
@@ -91,156 +56,18 @@ def test_every_effect_can_vanish(kind):
     assert any(p.vanishing is not None for p in kind.parameters)
 
 
-@named([k for k in CONTACT if any(p.vanishing is not None for p in k.parameters)])
-def test_contact_effects_do_nothing_at_their_vanishing_value(kind):
-    none = {p.name: p.vanishing for p in kind.parameters if p.vanishing is not None}
-    for seed in range(3):
-        states = history(seed, deepest_gap=deepest_gap(kind))
-        out = bench(kind, **none).answers(states)
-        plain = base_bench(kind).answers(states)
-        scale = np.abs(plain).max()
-        assert np.abs(out - plain).max() <= 1e-9 * scale
-
-
-@named(CONTACT)
-def test_grains_out_of_reach_feel_nothing(kind):
-    apart = history(5)
-    apart[:, OVERLAP] = -1.01 * reach_of(kind) - (1e-9 if reach_of(kind) else 0.0)
-    if kind.stage == Stage.ADHESION and not reach_of(kind):
-        apart[:, OVERLAP] = -1e-12
-    out = bench(kind).answers(apart)
-    assert not np.any(out)
-
-
-@named(CONTACT)
-@pytest.mark.parametrize("seed", range(4))
-def test_swapping_the_sides_swaps_the_wrench(kind, seed):
-    """Action = reaction, through a whole history: seen from j, force and couple are the opposite."""
-    states = history(seed, deepest_gap=deepest_gap(kind))
-    swapped = states.copy()
-    swapped[:, :3] *= -1
-    swapped[:, VELOCITY : VELOCITY + 3] *= -1
-    swapped[:, SPIN_I : SPIN_I + 3] = states[:, SPIN_J : SPIN_J + 3]
-    swapped[:, SPIN_J : SPIN_J + 3] = states[:, SPIN_I : SPIN_I + 3]
-    out, other = bench(kind).answers(states), bench(kind).answers(swapped)
-    assert np.abs(out[:, :3]).max() > 0
-    assert other[:, :3] == pytest.approx(-out[:, :3], rel=1e-12, abs=1e-12 * np.abs(out[:, :3]).max())
-    assert other[:, 3:6] == pytest.approx(-out[:, 3:6], rel=1e-12, abs=1e-12 * max(np.abs(out[:, 3:6]).max(), 1e-300))
-    assert other[:, [7, 6]] == pytest.approx(out[:, 6:8], rel=1e-12, abs=1e-12 * HELD)
-
-
-@named(CONTACT)
-@pytest.mark.parametrize("seed", range(4))
-def test_turning_the_frame_turns_the_answer(kind, seed):
-    states, matrix = history(seed, deepest_gap=deepest_gap(kind)), rotation(seed)
-    force, torque = bench(kind).run(states)
-    turned_force, turned_torque = bench(kind).run(turned(states, matrix))
-    assert turned_force == pytest.approx(force @ matrix.T, abs=1e-11 * np.abs(force).max())
-    assert turned_torque == pytest.approx(torque @ matrix.T, abs=1e-11 * max(np.abs(torque).max(), 1e-300))
-
-
-def closed_path(kind, seed):
-    """Return a path that ends where it began: from out of reach to touch, press, shear, roll and twist, and back.
-
-    The load changes while shear and rolling are held, so that a memory that stores the wrong thing gains energy.
-    """
-    rng = np.random.default_rng(seed)
-    n = 400
-    far, low, high = -1.5 * reach_of(kind) - 1e-6, 0.3e-4, 1.5e-4
-    legs = []
-
-    def leg(start, end, slip=0.0, roll=0.0, twist=0.0):
-        states = np.zeros((n, 13))
-        states[:, 0] = 1.0
-        ends = np.linspace(start, end, n + 1)
-        states[:, OVERLAP] = 0.5 * (ends[1:] + ends[:-1])
-        states[:, VELOCITY] = -(end - start) / (n * DT)
-        states[:, VELOCITY + 1] = slip / (n * DT)
-        states[:, SPIN_I] = twist / (n * DT)
-        states[:, SPIN_I + 2] = roll / (n * DT)
-        legs.append(states)
-
-    slip, roll, twist = rng.uniform(0.1, 1.0, 3) * [1e-6, 2e-4, 2e-4]
-    leg(far, low)
-    leg(low, high)
-    leg(high, high, slip, roll, twist)
-    leg(high, low)
-    leg(low, low, -slip, -roll, -twist)
-    for _ in range(3):  # to and fro at low load, to take out what a spring may still hold
-        leg(low, low, -slip, -roll, -twist)
-        leg(low, low, slip, roll, twist)
-    leg(low, far)
-    return np.vstack(legs)
-
-
-@named(CONTACT)
-@pytest.mark.parametrize("seed", range(6))
-def test_never_creates_energy(kind, seed):
-    """Along a closed path of gap, load, slip, rolling and twist the work on the pair is not positive at its end."""
-    undamped = {p.name: 0.0 for p in kind.parameters if p.name.endswith("damping") or p.name == "viscosity"}
-    states = closed_path(kind, seed)
-    done = work(states, *bench(kind, **undamped).run(states))
-    if kind.family != "normal":
-        plain = done - work(states, *base_bench(kind).run(states))
-        done = plain if not kind.needs else done
-    gained = done.sum()
-    assert gained <= 2e-3 * np.abs(done).sum(), f"{gained / np.abs(done).sum():.2%} of the turnover was gained"
-
-
-@named([k for k in CONTACT if k.conservative])
-def test_conservative_force_is_the_slope_of_its_energy(kind):
-    """F = −dE/d(distance) = dE/dδ along the normal, at rest, from touch to compression and over the gap that it reaches."""
-    still = {"restitution": 1.0} if kind.name == "normal_hertz" else {}
-    overlaps = np.concatenate(
-        [np.linspace(-0.9 * reach_of(kind), -1e-7, 40)[: 40 if reach_of(kind) else 0], np.linspace(1e-5, 2e-4, 40)]
-    )
-    made = bench(kind, **still)
-    wall = partners_of(kind)
-    force = made.run(at_rest(overlaps), wall)[0][:, 0]
-    if kind.family != "normal":
-        force = force - base_bench(kind).run(at_rest(overlaps), wall)[0][:, 0]
-    step = 1e-9
-    slope = made.energies(overlaps + step, kind, wall=wall) - made.energies(overlaps - step, kind, wall=wall)
-    slope /= 2 * step
-    assert np.abs(force).max() > 0
-    assert slope == pytest.approx(force, rel=1e-4, abs=1e-6 * np.abs(force).max())
-
-
-@named(CONTACT)
-@pytest.mark.parametrize("factor", [2.0, 4.0])
-def test_coarse_graining_keeps_what_it_promises(kind, factor):
-    """Grains s times as large under the effect's rule: its wrench is the same power of s everywhere along a history."""
-    rule = kind.similarity
-    # A dashpot keeps its damping ratio, whose force follows another power.
-    undamped = {p.name: 0.0 for p in kind.parameters if p.name.endswith("damping")}
-    effect = middle(kind, **undamped)
-    states = history(2, deepest_gap=deepest_gap(kind))
-    large = states.copy()
-    large[:, OVERLAP] *= factor**rule.overlap
-    large[:, VELOCITY : VELOCITY + 3] *= factor**rule.speed
-    large[:, SPIN_I:] *= factor ** (rule.speed - 1)
-    time = factor ** (rule.overlap - rule.speed)
-    wall = partners_of(kind)
-
-    def contribution(made, at, **scaled):
-        out = made.answers(at, wall, **scaled)
-        return out if kind.family == "normal" else out - base_bench(kind).answers(at, wall, **scaled)
-
-    small = contribution(bench(kind, **undamped), states)
-    made = bench(kind, **undamped)
-    made.set([*beneath(effect), effect.coarse_grained(factor)])
-    big = contribution(made, large, radius=factor * RADIUS, dt=DT * time, held=HELD * factor**3)
-    assert np.abs(small).max() > 0
-    force, torque = np.abs(small[:, :3]).max(), np.abs(small[:, 3:6]).max()
-    # Not to round-off: a memory also turns with the pair, by an angle that is no length and follows no power of its own.
-    assert big[:, :3] / factor**rule.force == pytest.approx(small[:, :3], abs=5e-3 * force)
-    assert big[:, 3:6] / factor ** (rule.force + 1) == pytest.approx(small[:, 3:6], abs=5e-3 * max(torque, 1e-300))
+@named(EVERY)
+def test_a_vanished_effect_keeps_its_other_values(kind):
+    effect = middle(kind)
+    vanished = effect.vanished()
+    assert vanished.composition == effect.composition
+    for p in kind.parameters:
+        assert vanished.value(p.name) == (effect.value(p.name) if p.vanishing is None else p.vanishing)
 
 
 @named(BODY)
 def test_body_effects_vanish_and_scale(kind):
-    none = {p.name: p.vanishing for p in kind.parameters if p.vanishing is not None}
-    made = body_bench(middle(kind, **none))
+    made = body_bench(middle(kind).vanished())
     alone = np.zeros(3) if kind.family == "gravity" else np.array([0.0, 0.0, -9.81])
     assert made.push([0.3, -0.2, 0.1]) == pytest.approx(alone, abs=1e-12)
 
@@ -253,9 +80,9 @@ def test_body_effects_vanish_and_scale(kind):
     assert big / s**rule.force == pytest.approx(small, rel=1e-9)
 
 
-@named([k for k in EVERY if issubclass(k, SetupEffect)])
+@named(SETUP)
 def test_set_up_effects_vanish(kind):
-    none = kind(**{p.name: p.vanishing if p.vanishing is not None else p.default for p in kind.parameters})
+    none = middle(kind).vanished()
     field = np.array([0.0, 0.0, -9.81])
     assert np.array_equal(none.gravity(field), field)
     assert none.relative_sizes() == (1.0,)

@@ -8,7 +8,7 @@ import pytest
 from taichidem.effects import CohesionArea, NormalHertz
 from taichidem.simulation import Simulation
 from tests.apparatus import SOFT, ball, effective_modulus, scene
-from tests.effect_bench import RADIUS, at_rest, base_bench, bench
+from tests.effect_bench import PAIR, RADIUS, at_rest, base_bench, bench
 
 DENSITY = 4e4
 
@@ -47,6 +47,16 @@ def test_unlike_spheres_pull_as_the_circle_where_their_surfaces_meet():
     hertz = 4 / 3 * effective_modulus(SOFT, SOFT) * math.sqrt(reduced) * overlap**1.5
     assert simulation.snapshot().force[1, 0] == pytest.approx(hertz - DENSITY * area, rel=1e-6)
     assert area == pytest.approx(math.pi * (second**2 - (d - x) ** 2))  # one circle, seen from either side
+
+
+@pytest.mark.parametrize(("wall", "free_depth"), [(0, lambda q: 2 * (q / 2) ** 2), (1, lambda q: q**2)])
+def test_without_a_load_a_contact_settles_at_a_small_depth(wall, free_depth):
+    """Hertz carries the pull at δ = 2R (3πk/(4E*))² between grains and at R (3πk/(2E*))² at a wall, up to some δ/R."""
+    share = 3 * math.pi * DENSITY / (2 * PAIR.youngs_modulus)
+    depth = free_depth(share) * RADIUS
+    made = bench(CohesionArea, energy_density=DENSITY)
+    nearer, farther = made.run(at_rest(np.array([0.98, 1.02]) * depth), wall=wall)[0][:, 0]
+    assert nearer < 0 < farther
 
 
 def test_a_pair_at_rest_presses_until_hertz_carries_the_pull():

@@ -202,6 +202,15 @@ def test_no_yield_at_the_vanishing_value():
     assert impacts([0.5, 5.0], 0.0, 0.6) == pytest.approx(0.6, rel=2e-3)
 
 
+@pytest.mark.parametrize("ratio", [5e-324, 1e-160, 1e-4, 1.1e-4])
+def test_a_yield_pressure_beyond_all_bounds_is_elastic(ratio):
+    """Also one whose yield overlap no float holds: the same bits as a contact that never yields."""
+    states = at_rest(np.concatenate([np.linspace(0, 2e-3, 50), np.linspace(2e-3, 0, 50)]))
+    elastic = bench(NormalElastoplastic, modulus_over_yield_pressure=0.0).answers(states)
+    assert np.any(elastic)
+    assert np.array_equal(bench(NormalElastoplastic, modulus_over_yield_pressure=ratio).answers(states), elastic)
+
+
 def test_largest_overlap_survives_list_rebuilds_and_swaps_of_sides():
     """Two balls collide while they fly together through many cells, aslant, so that now one and now the other comes first."""
     ratio, speed, drift = 100.0, 1.0, np.array([30.0, 30.0, 0.0])

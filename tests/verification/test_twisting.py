@@ -108,6 +108,19 @@ def test_unloading_takes_the_couple_along():
     assert not np.any(made.run(states)[1][50:])
 
 
+@pytest.mark.parametrize(("spin", "power"), [(1e5, 4), (1.0, 4 + 2 / 3)], ids=["slider", "spring"])
+def test_what_coarse_graining_keeps_under_a_weight(spin, power):
+    """With μ s^(−1/3) the largest couple goes with weight times radius, ∝ s⁴; the spring is s^(2/3) times too stiff."""
+    factor, states = 3.0, at_rest(np.full(50, 1e-5))
+    states[:, SPIN_I] = spin
+    large = states * np.where(np.arange(13) == OVERLAP, factor ** (5 / 3), 1.0)
+    large[:, SPIN_I] /= factor
+    small = bench(TwistingResistance, twisting_friction=0.5, twisting_damping=0.0).run(states)[1][-1, 0]
+    softer = bench(TwistingResistance, twisting_friction=0.5 * factor ** (-1 / 3), twisting_damping=0.0)
+    big = softer.run(large, dt=DT * factor ** (5 / 3), radius=factor * RADIUS)[1][-1, 0]
+    assert big / small == pytest.approx(factor**power, rel=1e-9)
+
+
 def tumbling_pair():
     """Return overlap and centres of a pair that cohesion presses together while it tumbles, at steady overlap."""
     reduced, modulus = RADIUS / 2, effective_modulus(SOFT, SOFT)
