@@ -133,11 +133,6 @@ EFFECTS = (
         ("0.08 J/m²", e.WallAdhesion(work_of_adhesion=0.08)),
     ),
     *_two(
-        "electrostatic_charge",
-        ("3 µC/m²", e.ElectrostaticCharge(surface_charge_density=3e-6)),
-        ("10 µC/m²", e.ElectrostaticCharge(surface_charge_density=1e-5)),
-    ),
-    *_two(
         "normal_viscoelastic",
         ("dissipation time 20 µs", e.NormalViscoelastic(dissipation_time=2e-5)),
         ("dissipation time 50 µs", e.NormalViscoelastic(dissipation_time=5e-5)),
@@ -160,4 +155,9 @@ EFFECTS = (
         ("", "spread"),
     ),
     *_two("base_tilt", ("1°", e.BaseTilt(angle=1.0)), ("3°", e.BaseTilt(angle=3.0)), ("", "tilt")),
+    *_two(
+        "electrostatic_charge",
+        ("3 µC/m² to 1 mm", e.ElectrostaticCharge(surface_charge_density=3e-6, cut_off=1e-3)),
+        ("10 µC/m² to 1 mm", e.ElectrostaticCharge(surface_charge_density=1e-5, cut_off=1e-3)),
+    ),
 )
