@@ -62,11 +62,6 @@ class Outcome:
     frames: tuple[Frame, ...] = ()
 
 
-def smaller(length: float, diameters: float, diameter: float) -> bool:
-    """Return True if a length is below so many diameters, the rounding of decimal numbers aside."""
-    return length < diameters * diameter * (1 - 1e-9)
-
-
 def gravity_of(model: Model) -> float:
     """Return the size of the acceleration of free fall in a model [m/s²]."""
     fields = [[e.value(axis) for axis in "xyz"] for e in model.effects if isinstance(e, BodyGravity)]

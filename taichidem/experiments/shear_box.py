@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Outcome, Settings, gravity_of, smaller
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Outcome, Settings, gravity_of
 from taichidem.experiments.shear_box_walls import lower_half, upper_half
-from taichidem.insertion import BoxRegion, loose_height
+from taichidem.insertion import BoxRegion, loose_height, smaller
 from taichidem.procedure import Procedure, World, rain, wait
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot
