@@ -35,8 +35,8 @@ def rained(played, number, speed):
 
 
 def assert_fills(values, low, high):
-    """Hold that values reach from low to high [m], short of each by at most 2 % of the range or half a millimetre."""
-    short = max(0.02 * (high - low), 0.0005)
+    """Hold that values reach from low to high [m], short of each by at most 1 % of the range or half a millimetre."""
+    short = max(0.01 * (high - low), 0.0005)
     assert low - 1e-12 <= values.min() < low + short
     assert high - short < values.max() <= high + 1e-12
 
