@@ -37,4 +37,5 @@ def highest_in_bins(
     highest = np.full(bins * parts, -np.inf)
     np.maximum.at(highest, number[inside] * parts + belongs, height[inside])
     highest[~np.isfinite(highest)] = np.nan
-    return low + (np.arange(bins) + 0.5) * width, highest.reshape(bins, parts)
+    middles = (low + (np.arange(bins) + 0.5) * width).astype(np.float64)
+    return middles, highest.reshape(bins, parts)

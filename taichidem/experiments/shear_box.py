@@ -34,7 +34,7 @@ SEVERAL = (
 
 
 class ShearBoxSettings(GranularSettings):
-    """A box of 60 × 60 mm, ten grains of 6 mm long, with 900 of them, under three loads by default."""
+    """A box of 60 × 60 mm (our choice, ten diameters), with 900 grains of 6 mm, under three loads by default."""
 
     length: Length = quantity("m", "Inner length of the box, in which it is sheared.", 0.06, gt=0)
     width: Length = quantity("m", "Inner width of the box.", 0.06, gt=0)
