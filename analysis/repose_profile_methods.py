@@ -11,6 +11,7 @@ import pandas as pd
 from analysis.errors import AnalysisError
 from analysis.flank_regression import FlankLine, fit_flank
 from analysis.height_map import Array, upper_surface
+from analysis.highest_bins import highest_in_bins
 from analysis.repose_window import FitWindow
 
 QUADRANTS = 4
@@ -72,11 +73,7 @@ class RingProfile:
 
 
 class SectorProfile:
-    """Highest centre in bins of one diameter in each sector; parts are the sectors.
-
-    The bins start at the inner end of the window and are as many as have their middle in it; grains beyond the
-    window don't count, so that the last bin may be cut short. Their place is their middle.
-    """
+    """Highest centre in bins of one diameter in each sector, as `highest_in_bins` says; parts are the sectors."""
 
     def __init__(self, grains: Grains, settings: Any) -> None:
         self.grains = grains
@@ -104,20 +101,14 @@ class SectorProfile:
 
     def _highest(self, limits: tuple[float, float]) -> tuple[Array, Array]:
         """Return the middles of the bins and the highest centre in each bin and sector, NaN where none is."""
-        low, high = limits
-        bins = int(np.floor((high - low) / self.width + 0.5 + 1e-9))
-        if bins < FEWEST_BINS:
+        height = self.grains.centres[:, 2]
+        middles, highest = highest_in_bins(self.distance, height, limits, self.width, self.sector, self.sectors)
+        if len(middles) < FEWEST_BINS:
             raise AnalysisError(
-                f"The window {low:.4g}–{high:.4g} m holds {bins} bins of {self.width:.4g} m. Allowed: {FEWEST_BINS} "
-                "or more. Widen the window (fit_from, fit_to) or give a smaller bin_width_m."
+                f"The window {limits[0]:.4g}–{limits[1]:.4g} m holds {len(middles)} bins of {self.width:.4g} m. Allowed: "
+                f"{FEWEST_BINS} or more. Widen the window (fit_from, fit_to) or give a smaller bin_width_m."
             )
-        number = np.floor((self.distance - low) / self.width).astype(np.intp)
-        inside = (number >= 0) & (number < bins) & (self.distance < high)
-        highest = np.full(bins * self.sectors, -np.inf)
-        cell = number[inside] * self.sectors + self.sector[inside]
-        np.maximum.at(highest, cell, self.grains.centres[inside, 2])
-        highest[~np.isfinite(highest)] = np.nan
-        return low + (np.arange(bins) + 0.5) * self.width, highest.reshape(bins, self.sectors)
+        return middles, highest
 
 
 METHODS: dict[str, Any] = {"rings": RingProfile, "sectors": SectorProfile}

@@ -8,6 +8,7 @@ from __future__ import annotations
 import inspect
 import sys
 from pathlib import Path
+from typing import Any
 
 from taichidem.experiments import BUILT_IN, Experiment
 
@@ -23,10 +24,12 @@ takes part in set-up effects: `size_spread` changes its grains, `base_tilt` its 
 taichidem simulate rotating_drum --set speed='20 rpm' --seeds 1,2 --picture drum.png --movie drum.gif
 ```
 
-Walls are drawn as glass; colour is speed, or height where the grains rest.
+Walls are drawn as glass; colour is speed, or height where the grains rest. `--picture` and `--movie` show a single
+experiment, given by its name; a study draws nothing. Each experiment knows a time between frames that suits it;
+`--frame-interval '5 ms'` asks for another.
 """
+SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
 SPECIAL = {"free_fall": {"release_height": 0.3, "time": 0.6, "floor": True}, "shear_box": {"normal_stresses": 2000.0}}
-INTERVALS = {"rebound": 2e-4, "free_fall": 0.02}  # [s] between frames
 
 
 def page() -> str:
@@ -38,7 +41,8 @@ def section(kind: type[Experiment]) -> str:
     """Return what one experiment declares, as Markdown."""
     experiment = kind()
     settings = [
-        f"| `{name}` | {_default(field.default)} | {field.json_schema_extra['unit']} | {field.description} |"  # type: ignore
+        f"| `{name}` | {_default(field.default)} | {field.json_schema_extra['unit']} | {_bounds(field)} | "  # type: ignore
+        f"{field.description} |"
         for name, field in kind.settings_type.model_fields.items()
     ]
     observed = [f"| `{o.name}` | {o.unit} | {o.meaning} |" for o in experiment.observables]
@@ -51,11 +55,17 @@ def section(kind: type[Experiment]) -> str:
             f"Imitates: {kind.imitates}. Costs {grains} grain{'s' if grains > 1 else ''} by default.\n",
             "| measures | unit | |\n|---|---|---|",
             *observed,
-            "\n| setting | default | unit | |\n|---|---|---|---|",
+            "\n| setting | default | unit | allowed | |\n|---|---|---|---|---|",
             *settings,
             "",
         ]
     )
+
+
+def _bounds(field: Any) -> str:
+    """Return the bounds of a setting, such as "> 0, < 90"."""
+    given = {name: getattr(bound, name, None) for name in SIGNS for bound in field.metadata if hasattr(bound, name)}
+    return ", ".join(f"{SIGNS[name]} {_default(value)}" for name, value in given.items())
 
 
 def _default(value: object) -> str:
@@ -71,13 +81,13 @@ def pictures() -> None:
     from PIL import Image
 
     from taichidem.library import polypropylene
-    from taichidem.render_experiment import FRAME_INTERVAL, picture
+    from taichidem.render_experiment import picture
 
     model = polypropylene(rolling_friction=0.0)
     wanted = [name for name in sys.argv[1:] if name in BUILT_IN] or list(BUILT_IN)
     for name, kind in ((name, BUILT_IN[name]) for name in wanted):
         experiment = kind(**SPECIAL.get(name, {}))
-        outcome = experiment.run(model, [1], frames=INTERVALS.get(name, FRAME_INTERVAL))[0]
+        outcome = experiment.run(model, [1], frames=kind.frame_interval)[0]
         shot = Image.fromarray(picture(experiment, model, outcome, size=(640, 512)))
         palette = shot.quantize(160, method=Image.Quantize.MAXCOVERAGE)
         small = shot.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from taichidem import cli_simulate_study
+from taichidem.cli_drawn import Drawn
 from taichidem.cli_progress import progress
 from taichidem.errors import InputError
 
@@ -60,10 +61,19 @@ def simulate(
         Path | None, typer.Option("--output", "-o", help="Experiment: folder for result.json and grains as VTK.")
     ] = None,
     picture: Annotated[
-        Path | None, typer.Option(help="Experiment: draw the first run that went well to this PNG.")
+        Path | None,
+        typer.Option(help="Single experiment, not a study: draw the first run that went well to this PNG."),
     ] = None,
     movie: Annotated[
-        Path | None, typer.Option(help="Experiment: write that run as a movie to this animated GIF.")
+        Path | None,
+        typer.Option(help="Single experiment, not a study: write that run as a movie to this animated GIF."),
+    ] = None,
+    frame_interval: Annotated[
+        str | None,
+        typer.Option(
+            "--frame-interval",
+            help="Experiment: simulated time between frames, such as '1 ms'; the experiment's own where left out.",
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")] = False,
 ) -> None:
@@ -75,18 +85,17 @@ def simulate(
     """
     from taichidem import plugins
 
+    drawn = Drawn(picture, movie, frame_interval)
     if cli_simulate_study.is_study(what):
-        _refuse(
-            "a study, whose file says it",
-            {"--set": setting, "--parameter": parameter, "--output": output, "--picture": picture, "--movie": movie},
-        )
+        _refuse("a study, whose file says it", {"--set": setting, "--parameter": parameter, "--output": output})
+        _refuse("a study; they show a single experiment, given by its name", drawn.options())
         numbers = parse_seeds(seeds or "4")
         cli_simulate_study.simulate_study(what, experiments, numbers, store, retry_failed, as_json)
     elif what in plugins.names("experiment"):
         options = {"--experiments": experiments, "--store": store, "--retry-failed": retry_failed}
         _refuse("a single experiment; they belong to a study", options)
         numbers = parse_seeds(seeds or "1")
-        _simulate_experiment(what, setting or [], parameter or [], numbers, output, (picture, movie), as_json)
+        _simulate_experiment(what, setting or [], parameter or [], numbers, output, drawn, as_json)
     else:
         raise cli_simulate_study.neither(what)
 
@@ -94,7 +103,9 @@ def simulate(
 def _refuse(case: str, options: dict[str, Any]) -> None:
     given = [name for name, value in options.items() if value]
     if given:
-        raise InputError(f"{', '.join(given)} can't be used with {case}. Leave it out.")
+        raise InputError(
+            f"{', '.join(given)} can't be used with {case}. Leave {'them' if len(given) > 1 else 'it'} out."
+        )
 
 
 def _simulate_experiment(
@@ -103,21 +114,22 @@ def _simulate_experiment(
     parameters: list[str],
     seeds: list[int],
     output: Path | None,
-    drawn: tuple[Path | None, Path | None],
+    drawn: Drawn,
     as_json: bool,
 ) -> None:
     from taichidem import plugins
     from taichidem.heap_comparison import writable_folder, write_seeds
     from taichidem.library import polypropylene
 
+    drawn.check()
     folder = None if output is None else writable_folder(output)
     model = polypropylene()
     for text in parameters:
         model = with_parameter(model, text)
     test = plugins.get("experiment", name)(**dict(_split(text) for text in settings))
+    frames = drawn.interval(test)
     with progress(quiet=as_json) as report:
         report("simulating", 0.0)
-        frames = 0.05 if any(drawn) else None
         outcomes = test.run(model, seeds, report=lambda share: report("simulating", share), frames=frames)
     result = {
         "experiment": test.name,
@@ -135,17 +147,7 @@ def _simulate_experiment(
             typer.echo(f"wrote {folder}")
     if all(o.failure for o in outcomes):
         raise typer.Exit(1)
-    if any(drawn):
-        _draw(test, model, next(o for o in outcomes if not o.failure), *drawn)
-
-
-def _draw(test: Any, model: Any, outcome: Any, picture: Path | None, movie: Path | None) -> None:
-    from taichidem import render_experiment
-
-    if picture is not None:
-        render_experiment.picture(test, model, outcome, picture)
-    if movie is not None:
-        render_experiment.movie(test, model, outcome, movie)
+    drawn.draw(test, model, next(o for o in outcomes if not o.failure))
 
 
 def _table(test: Any, outcomes: list) -> Table:

@@ -16,6 +16,11 @@ FIRST_ROUNDS = (
 )
 
 
+def smaller(length: float, times: float, unit: float) -> bool:
+    """Return True if a length is below so many units, such as diameters, the rounding of decimal numbers aside."""
+    return length < times * unit * (1 - 1e-9)
+
+
 @dataclass(frozen=True)
 class CylinderRegion:
     """An upright cylinder; grains lie in it wholly.
@@ -34,7 +39,7 @@ class CylinderRegion:
     def check(self, grain_radius: float) -> None:
         """Raise InputError unless one grain fits."""
         finite_vector("CylinderRegion (radius, bottom, top)", (self.radius, self.bottom, self.top))
-        if self.radius < grain_radius or self.top - self.bottom < 2 * grain_radius:
+        if smaller(self.radius, 1, grain_radius) or smaller(self.top - self.bottom, 2, grain_radius):
             raise InputError(
                 f"The region (radius {self.radius:g} m, height {self.top - self.bottom:g} m) is smaller than one grain of "
                 f"radius {grain_radius:g} m. Widen it."
@@ -64,7 +69,7 @@ class BoxRegion:
         """Raise InputError unless one grain fits."""
         finite_vector("BoxRegion.lower", self.lower)
         finite_vector("BoxRegion.upper", self.upper)
-        if np.any(np.subtract(self.upper, self.lower) < 2 * grain_radius):
+        if smaller(float(np.subtract(self.upper, self.lower).min()), 2, grain_radius):
             raise InputError(
                 f"The region from {self.lower} to {self.upper} m is smaller than one grain of radius {grain_radius:g} m. "
                 "Widen it."

@@ -18,7 +18,6 @@ from taichidem.render_heap import HeapLook, heap_picture
 from taichidem.render_walls import wall_surface
 from taichidem.scene import Model
 
-FRAME_INTERVAL = 0.05  # [s] between frames, where nothing else is asked for
 FRAMES_PER_SECOND = 12.5  # of a movie; browsers show GIFs in steps of 10 ms
 ABOVE = 0.8  # room above the highest grain up to which walls are drawn, of the grains' height
 AT_REST = 0.01  # [m/s]
@@ -71,7 +70,9 @@ def movie(
         )
     frames = _with_grains(experiment, outcome)
     if len(frames) < 2:
-        raise InputError("A movie needs at least two frames; run the experiment with frames=0.05, say.")
+        raise InputError(
+            f"A movie needs at least two frames; run the experiment with frames={experiment.frame_interval:g}, say."
+        )
     shots = _draw(experiment, model, frames, size)
     palette = Image.fromarray(np.concatenate([shots[0], shots[-1]])).quantize(255, method=Image.Quantize.MAXCOVERAGE)
     images = [Image.fromarray(shot).quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG) for shot in shots]
@@ -87,7 +88,7 @@ def _with_grains(experiment: Experiment, outcome: Outcome) -> list[Frame]:
     if not frames:
         raise InputError(
             f"No frame of {experiment.name} with seed {outcome.seed} holds a grain ({outcome.failure or 'all left'}). Run it "
-            "with frames=0.05, say, to see what happens on the way."
+            f"with frames={experiment.frame_interval:g}, say, to see what happens on the way."
         )
     return frames
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -159,6 +160,13 @@ def test_a_cone_of_known_slope_is_measured(angle, method):
     )
     assert observables["angle_of_repose"] == direct.angle_deg
     assert details["grains_in_cup"] == len(snapshot.mass)
+
+
+def test_bins_are_one_nominal_diameter_wide_whatever_the_sizes_of_the_grains():
+    heap = replace(cone(30.0), radius=np.where(np.arange(len(cone(30.0).mass)) % 3, 0.0021, 0.0039))
+    _, details = FixedFunnel(cup_radius=0.05, rim_height=0.03).measure(heap, {})
+    middles = details["profile"].profile["radius_m"].to_numpy()
+    assert middles == pytest.approx(0.15 * 0.05 + 0.006 * (np.arange(7) + 0.5))
 
 
 def test_an_end_state_without_heap_is_a_failure_not_a_number():

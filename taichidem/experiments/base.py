@@ -62,11 +62,6 @@ class Outcome:
     frames: tuple[Frame, ...] = ()
 
 
-def smaller(length: float, diameters: float, diameter: float) -> bool:
-    """Return True if a length is below so many diameters, the rounding of decimal numbers aside."""
-    return length < diameters * diameter * (1 - 1e-9)
-
-
 def gravity_of(model: Model) -> float:
     """Return the size of the acceleration of free fall in a model [m/s²]."""
     fields = [[e.value(axis) for axis in "xyz"] for e in model.effects if isinstance(e, BodyGravity)]
@@ -83,6 +78,9 @@ class Experiment:
     settings_type: ClassVar[type[Settings]] = Settings
     view: ClassVar[tuple[float, float]] = (-60.0, 18.0)  # azimuth and elevation [deg] from which a picture is taken
     shown_at: ClassVar[float] = 1.0  # share of the test's frames at which a single picture tells most
+    frame_interval: ClassVar[float] = (
+        0.05  # [s] between the frames of a picture or movie, where nothing else is asked for
+    )
 
     def __init__(self, **settings: Any) -> None:
         known = self.settings_type.model_fields

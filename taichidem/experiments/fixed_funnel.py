@@ -109,7 +109,7 @@ class FixedFunnel(Experiment):
             snapshot.position[kept],
             snapshot.radius[kept],
             s.cup_radius,
-            ProfileSettings(method=s.method, fit_from=s.fit_from, fit_to=s.fit_to),
+            ProfileSettings(method=s.method, fit_from=s.fit_from, fit_to=s.fit_to, bin_width_m=s.diameter),
         )
         if report.angle_deg <= 0:
             raise InputError(

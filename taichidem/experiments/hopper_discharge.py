@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import model_validator
 
 from taichidem.errors import InputError
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, smaller
-from taichidem.insertion import CylinderRegion
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
+from taichidem.insertion import CylinderRegion, smaller
 from taichidem.procedure import Procedure, World, rain, wait
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot

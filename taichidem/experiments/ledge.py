@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, smaller
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
 from taichidem.experiments.surface_line import surface_line
-from taichidem.insertion import BoxRegion
+from taichidem.insertion import BoxRegion, smaller
 from taichidem.procedure import Procedure, World, rain, wait
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot

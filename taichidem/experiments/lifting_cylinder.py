@@ -10,8 +10,8 @@ from pydantic import model_validator
 
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
 from taichidem.errors import InputError
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, smaller
-from taichidem.insertion import CylinderRegion, loose_height
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings
+from taichidem.insertion import CylinderRegion, loose_height, smaller
 from taichidem.procedure import Procedure, World, rain, wait
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot

@@ -41,6 +41,7 @@ class Rebound(Experiment):
         Observable("coefficient_of_restitution", "1", "Speed of rebound over speed of impact, away from the wall."),
     )
     settings_type: ClassVar[type[Settings]] = ReboundSettings
+    frame_interval: ClassVar[float] = 5e-5  # a contact lasts a few tenths of a millisecond
 
     def walls(self, model: Model) -> tuple[Wall, ...]:
         """Return the plane z = 0."""

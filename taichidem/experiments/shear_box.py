@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Outcome, Settings, gravity_of, smaller
+from taichidem.experiments.base import Experiment, GranularSettings, Observable, Outcome, Settings, gravity_of
 from taichidem.experiments.shear_box_walls import lower_half, upper_half
-from taichidem.insertion import BoxRegion, loose_height
+from taichidem.insertion import BoxRegion, loose_height, smaller
 from taichidem.procedure import Procedure, World, rain, wait
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot
@@ -34,7 +34,7 @@ SEVERAL = (
 
 
 class ShearBoxSettings(GranularSettings):
-    """A box of 60 × 60 mm, as ASTM D3080 names it, with 900 grains of 6 mm, under three loads by default."""
+    """A box of 60 × 60 mm (our choice, ten diameters), with 900 grains of 6 mm, under three loads by default."""
 
     length: Length = quantity("m", "Inner length of the box, in which it is sheared.", 0.06, gt=0)
     width: Length = quantity("m", "Inner width of the box.", 0.06, gt=0)

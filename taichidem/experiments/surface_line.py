@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.flank_regression import FlankLine, fit_line
+from analysis.highest_bins import highest_in_bins
 from taichidem.errors import InputError
 
 FEWEST_BINS = 3  # with two, a line always fits
@@ -13,8 +14,7 @@ FEWEST_BINS = 3  # with two, a line always fits
 def surface_line(along: np.ndarray, height: np.ndarray, limits: tuple[float, float], width: float) -> FlankLine:
     """Return the least-squares line through the highest centre of each bin; a bin without a grain is left out.
 
-    Bins begin at the lower limit and are as many as have their middle within the limits; the upper limit may cut the last
-    one short. A bin's place is its middle.
+    Bins lie as `analysis.highest_bins.highest_in_bins` says.
 
     Args:
         along, height: coordinates of the grains' centres [m], (n,).
@@ -24,16 +24,12 @@ def surface_line(along: np.ndarray, height: np.ndarray, limits: tuple[float, flo
     Raises:
         InputError: fewer than three bins hold a grain.
     """
-    low, high = limits
-    bins = int(np.floor((high - low) / width + 0.5 + 1e-9))
-    number = np.floor((along - low) / width).astype(int)
-    inside = (number >= 0) & (number < bins) & (along < high)
-    highest = np.full(max(bins, 0), -np.inf)
-    np.maximum.at(highest, number[inside], height[inside])
+    middles, tops = highest_in_bins(along, height, limits, width)
+    highest = tops[:, 0]
     filled = np.isfinite(highest)
     if np.count_nonzero(filled) < FEWEST_BINS:
         raise InputError(
-            f"Only {np.count_nonzero(filled)} of {bins} bins between {low:.4g} and {high:.4g} m hold a grain; a slope needs "
-            f"{FEWEST_BINS}. Take more grains or a wider window."
+            f"Only {np.count_nonzero(filled)} of {len(middles)} bins between {limits[0]:.4g} and {limits[1]:.4g} m hold a "
+            f"grain; a slope needs {FEWEST_BINS}. Take more grains or a wider window."
         )
-    return fit_line((low + (np.arange(bins) + 0.5) * width)[filled], highest[filled])
+    return fit_line(middles[filled], highest[filled])

@@ -9,6 +9,7 @@ from taichidem.effects import BaseTilt, SizeSpread
 from taichidem.errors import InputError
 from taichidem.experiments import BUILT_IN
 from tests.experiments.planted import SMALL, granules
+from tests.experiments.still import play_still
 
 SHARES: dict[str, list[float]] = {}
 
@@ -131,13 +132,15 @@ def test_settings_that_make_no_test_are_refused(name, settings, sentence):
     ("name", "settings"),
     [
         ("ledge", {"length": 0.036, "width": 0.018}),
+        ("bulk_density", {"cup_radius": 0.012, "rain_top": 0.018}),
         ("hopper_discharge", {"outlet_diameter": 0.0061, "bin_radius": 0.012, "rain_height": 0.012}),
         ("rotating_drum", {"radius": 0.024, "length": 0.015}),
         ("shear_box", {"length": 0.036, "width": 0.03, "lower_height": 0.012, "shear_displacement": 0.009}),
     ],
 )
-def test_settings_at_the_edge_of_what_is_allowed_are_taken(name, settings):
-    BUILT_IN[name](**settings)
+def test_settings_at_the_edge_of_what_is_allowed_are_taken_and_filled(name, settings):
+    filled = play_still(BUILT_IN[name](**settings, particles=1))
+    assert len(filled.told("insert")[0].bodies.mass) == 1
 
 
 def test_defaults_are_the_bench():

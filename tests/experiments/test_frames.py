@@ -1,5 +1,6 @@
 """Frames that are kept on the way, and the pictures and movies made of them."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -89,3 +90,43 @@ def test_the_command_draws(tmp_path):
         main(command)
     assert Image.open(shown).size == (900, 720)
     assert Image.open(played).n_frames == 5  # at 0, 0.05, 0.1, 0.15 s and at the end
+
+
+def test_the_time_between_frames_is_the_experiments_own_or_the_one_asked_for(tmp_path):
+    played = tmp_path / "rebound.gif"
+    with pytest.raises(SystemExit, match="0"):
+        main(["simulate", "rebound", "--movie", str(played), "--json"])
+    own = Image.open(played).n_frames
+    assert 10 < own < 30
+    with pytest.raises(SystemExit, match="0"):
+        main(["simulate", "rebound", "--movie", str(played), "--frame-interval", "0.2 ms", "--json"])
+    assert 4 <= Image.open(played).n_frames <= own / 3
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--movie", "run.mp4"], r"--movie is '\S*run\.mp4'; it is written as GIF\. Give a name that ends in \.gif\."),
+        (
+            ["--picture", "run.jpg"],
+            r"--picture is '\S*run\.jpg'; it is written as PNG\. Give a name that ends in \.png\.",
+        ),
+        (["--picture", "nowhere/run.png"], r"--picture nowhere/run\.png: can't be written \(No such file"),
+        (["--movie", "nowhere/run.gif"], r"--movie nowhere/run\.gif: can't be written \(No such file"),
+        (["--picture", "folder.png"], r"--picture folder\.png: can't be written \(Is a directory\)"),
+        (["--frame-interval", "1 ms"], "--frame-interval is of use with --picture or --movie alone"),
+        (["--movie", "run.gif", "--frame-interval", "0 s"], "--frame-interval is '0 s'; give a time above 0"),
+        (["--movie", "run.gif", "--frame-interval", "1 mm"], "--frame-interval is '1 mm'.*converts to s"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_before_anything_runs(options, sentence, tmp_path, monkeypatch, capsys):
+    def run(*_, **__):
+        raise AssertionError("it ran")
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.png").mkdir()
+    monkeypatch.setattr(BUILT_IN["rebound"], "run", run)
+    with pytest.raises(SystemExit, match="2"):
+        main(["simulate", "rebound", *options])
+    assert re.search(sentence, " ".join(capsys.readouterr().err.split()))
+    assert [path.name for path in tmp_path.iterdir()] == ["folder.png"]

@@ -170,6 +170,39 @@ def test_the_drum_averages_the_size_of_the_angle_over_its_frames():
     assert observables["dynamic_angle_of_repose"] == pytest.approx(28.0, abs=0.05)
 
 
+def curved_frame(bend):
+    """Return x and z of a bed in S shape, whose surface falls short of 35° by more the farther from the middle."""
+    along, depth = np.meshgrid(np.arange(-0.066, 0.0661, 0.002), np.arange(0, 0.04, 0.004))
+    turn = math.radians(35)
+    u, v = along.ravel(), (-0.01 - bend * along * abs(along) - depth).ravel()
+    return np.column_stack([u * math.cos(turn) - v * math.sin(turn), u * math.sin(turn) + v * math.cos(turn)])
+
+
+def angle_by_the_protocol(frame, passes):
+    """Return the angle [deg] after so many passes, step by step as the protocol words it, for a drum of 72 mm."""
+    angle = 0.0
+    for _ in range(passes):
+        x = [a * math.cos(angle) + b * math.sin(angle) for a, b in frame]
+        z = [b * math.cos(angle) - a * math.sin(angle) for a, b in frame]
+        tops = {}
+        for along, height in zip(x, z, strict=True):
+            if -0.036 <= along < 0.036:
+                k = math.floor((along + 0.036) / D)
+                tops[k] = max(tops.get(k, height), height)
+        middles = [-0.036 + (k + 0.5) * D for k in tops]
+        angle += math.atan(np.polyfit(middles, list(tops.values()), 1)[0])
+    return math.degrees(angle)
+
+
+def test_the_drum_takes_three_passes():
+    frame = curved_frame(6.0)
+    two, three, four = (angle_by_the_protocol(frame, passes) for passes in (2, 3, 4))
+    assert abs(two - three) > 0.1
+    assert abs(four - three) > 0.1
+    observables, _ = RotatingDrum().measure(None, {"frame": [frame]})
+    assert observables["dynamic_angle_of_repose"] == pytest.approx(three, abs=1e-6)
+
+
 def test_grains_far_from_the_middle_of_the_drum_do_not_count():
     frame = np.concatenate([drum_frame(0.0), [[0.037, 0.06], [-0.0365, 0.06]]])
     observables, _ = RotatingDrum().measure(None, {"frame": [frame]})

@@ -13,3 +13,11 @@ def test_the_page_is_what_the_experiments_declare():
         for observable in kind().observables:
             assert f"| `{observable.name}` | {observable.unit} |" in text
         assert 3_000 < (DOCS / "pictures" / f"experiment_{name}.png").stat().st_size < 150_000
+
+
+def test_the_page_says_what_is_allowed():
+    rows = {line for line in page().splitlines() if line.startswith("| `")}
+    assert "| `half_angle` | 30 | deg | > 0, < 90 | Angle of the cone to the vertical. |" in rows
+    assert "| `fit_from` | 0.15 | 1 | ≥ 0, < 1 | Start of the fitted flank, share of the cup radius. |" in rows
+    assert "| `fit_to` | 0.95 | 1 | > 0, ≤ 1.5 | End of the fitted flank, share of the cup radius. |" in rows
+    assert sum("| `rain_top` |  | m | > 0 |" in row for row in rows) == 2

@@ -136,6 +136,10 @@ CASES = {
         (".", "-s", "width=3", "-o", "out", "-p", "a=3"),
         ["--set, --parameter, --output can't be used with a study"],
     ),
+    "a picture of a study": (
+        (".", "--picture", "a.png", "--movie", "b.gif", "--frame-interval", "1 ms"),
+        ["--picture, --movie, --frame-interval can't be used with a study; they show a single experiment"],
+    ),
     "study's option with an experiment": (
         ("quick", "--retry-failed", "--store", "a", "--experiments", "b"),
         ["--experiments, --store, --retry-failed can't be used with a single experiment"],
