@@ -32,7 +32,8 @@ def read_measurements(study: Study, path: str | Path | None = None) -> pd.DataFr
 
     Returns:
         One row per measurement: experiment, observable, value, u, unit, n, and every further column as text. Values are
-        converted to the unit in which the experiment gives the observable.
+        converted to the unit in which the experiment gives the observable; a height at a time gets the name under which the
+        experiment gives it, such as height_at_1_s.
 
     Raises:
         FileError: (an InputError) everything that is wrong, each with the line of the file.
@@ -97,7 +98,7 @@ def _read_row(study: Study, line: str, row: dict[str, str], problems: Problems) 
         factor = _factor(row["unit"], observable, line)
         if None not in number.values():
             converted = {"value": number["value"] * factor, "u": u * factor, "unit": observable.unit, "n": int(n)}  # type: ignore[operator, arg-type]
-            return row | converted
+            return row | {"observable": observable.name} | converted
     return row
 
 
@@ -108,10 +109,14 @@ def _observable(study: Study, line: str, row: dict[str, str], problems: Problems
         return None
     experiment = study.experiment(row["experiment"])
     made = {o.name: o for o in experiment.observables}
-    if row["observable"] not in made:
-        error = unknown_name(f"observable of {row['experiment']} ({experiment.name})", row["observable"], made)
+    try:
+        name = experiment.observable_at(row["observable"], {k: v for k, v in row.items() if k not in COLUMNS})
+        if name not in made:
+            raise unknown_name(f"observable of {row['experiment']} ({experiment.name})", name, made)
+    except InputError as error:
         problems.add(line, f"{line}: {error}")
-    return made.get(row["observable"])
+        return None
+    return made[name]
 
 
 def _number(line: str, name: str, text: str, problems: Problems) -> float | None:

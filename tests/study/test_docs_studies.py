@@ -19,8 +19,11 @@ PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="u
 
 
 def block(language):
-    (found,) = re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
-    return found
+    return blocks(language)[0]
+
+
+def blocks(language):
+    return re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
 
 
 @pytest.fixture
@@ -38,6 +41,15 @@ def test_the_example_is_a_study(folder):
     assert study.calibrate[2].names == ParameterKey("rolling_constant_torque", "rolling_friction", "granule-granule")
     assert study.experiment("heap").settings.cup_radius == 0.042
     assert read_measurements(study)["value"].tolist() == [12.22]
+
+
+def test_the_heights_of_a_fall_are_measurements(folder):
+    fall = '[experiments.fall]\ntype = "free_fall"\ntime = [1.0, 2.0]\nrelease_height = 47\n'
+    (folder / "my_study" / "study.toml").write_text(block("toml") + fall, encoding="utf-8")
+    (folder / "my_study" / "measurements.csv").write_text(blocks("csv")[1], encoding="utf-8")
+    measured = read_measurements(read_study(folder / "my_study"))
+    assert measured["observable"].tolist() == ["height_at_1_s", "height_at_2_s"]
+    assert measured["time"].tolist() == ["1.0", "2 s"]
 
 
 def test_the_python_example_runs(folder, monkeypatch, capsys):
