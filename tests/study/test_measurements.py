@@ -122,6 +122,11 @@ CASES = {
     "value no number": ("narrow,angle,high,1,deg,1,", ["line 2: value is 'high'", "finite number"]),
     "value infinite": ("narrow,angle,inf,1,deg,1,", ["line 2: value is 'inf'", "finite number"]),
     "row twice": (f"{ROW}\nnarrow,angle,1,1,deg,1,by hand", ["line 3: narrow, angle stands in line 2 already"]),
+    "too long a row": (
+        "narrow,angle,12,5,0.5,deg,4,by hand",
+        ["line 2: it has 8 cells, but line 1 names 7 columns"],
+    ),
+    "a comma in a remark": (f"{ROW}, twice", ["line 2: it has 8 cells"]),
     "too short a row": ("narrow,angle,1", ["line 2: u is ''", "line 2: n is ''", "line 2: unit is empty"]),
 }
 
@@ -154,6 +159,38 @@ def test_a_missing_column(write, column):
     study = read_study(write(measurements=MEASUREMENTS.replace(header, renamed)))
     with pytest.raises(FileError, match=f"column {column} is missing; the table needs the columns"):
         read_measurements(study)
+
+
+HEADER, FIRST = MEASUREMENTS.splitlines()[:2]
+HEADERS = {
+    "a column twice": (HEADER.replace("remark", "u"), ["column u stands 2 times in line 1; keep one."]),
+    "a column without name": (f"{HEADER.replace('remark', '')},note", ["line 1: column 7 has no name"]),
+    "semicolons": (HEADER.replace(",", ";"), ["separator: the cells are separated by ';'; separate them by ','"]),
+    "tabs": (HEADER.replace(",", "\t"), ["separator: the cells are separated by a tab;"]),
+}
+
+
+@pytest.mark.parametrize("case", HEADERS)
+def test_what_is_wrong_with_the_header(write, case):
+    header, parts = HEADERS[case]
+    study = read_study(write(measurements=f"{header}\n{FIRST}\n"))
+    with pytest.raises(FileError) as error:
+        read_measurements(study)
+    for problem, part in zip(error.value.problems, parts, strict=True):
+        assert problem.startswith(part)
+
+
+def test_commas_at_the_ends_of_lines_do_no_harm(write):
+    text = "\n".join(f"{line},," for line in MEASUREMENTS.splitlines())
+    table = read_measurements(read_study(write(measurements=text + "\n,,,\n")))
+    assert len(table) == 3
+    assert list(table["remark"]) == ["by hand", "", ""]
+
+
+def test_a_line_break_in_a_cell_is_counted(write):
+    text = MEASUREMENTS.replace("by hand", '"by\nhand"').replace("wide", "wid")
+    with pytest.raises(FileError, match="line 5: Unknown experiment"):
+        read_measurements(read_study(write(measurements=text)))
 
 
 def test_no_file_no_rows_and_no_table(write):
