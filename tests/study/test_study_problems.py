@@ -413,6 +413,21 @@ def test_all_problems_at_once(write):
     assert len(problems) == len(wanted)
 
 
+@pytest.mark.parametrize("material", ['material = "granul"', 'material = "polymer"', ""])
+def test_what_contacts_lack_is_told_although_the_grains_material_is_unknown(write, material):
+    changes = [('material = "granule"', material), ("restitution = 0.6\nstatic_friction = 0.4", "restitution = 0.6")]
+    keys = [problem.split()[0].rstrip(":") for problem in problems_of(write(*changes))]
+    assert keys == ["particle.material", "contacts.granule-granule.static_friction"]
+
+
+def test_where_the_grains_material_is_unknown_any_pair_may_be_calibrated(write):
+    changes = [
+        ('material = "granule"', 'material = "granul"'),
+        ("granule-granule.restitution", "wall-wall.restitution"),
+    ]
+    assert len(problems_of(write(*changes))) == 1
+
+
 class SizedSettings(QuickSettings):
     diameter: Length = quantity("m", "Diameter of the grains, which has no default.", gt=0)
 
