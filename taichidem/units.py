@@ -48,7 +48,7 @@ def to_si(value: object, unit: str, name: str = "value") -> float:
 def _convert(value: object, unit: str) -> float:
     """Return a quantity in SI; an error says what is wrong with the value and leaves the value itself to the caller."""
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise InputError(_advice(unit))
+        raise InputError(advice(unit))
     number = _read(value, unit) if isinstance(value, str) else float(value)
     if not math.isfinite(number):
         raise InputError(f"give a finite number{_of(unit)}.")
@@ -59,7 +59,8 @@ def _of(unit: str) -> str:
     return "" if unit == "1" else f" in {unit}"
 
 
-def _advice(unit: str) -> str:
+def advice(unit: str) -> str:
+    """Return how a quantity is to be given, as the end of a sentence."""
     return "give a number, such as 0.5." if unit == "1" else f"give a number in {unit} or a text such as '6 {unit}'."
 
 
@@ -69,7 +70,7 @@ def _read(text: str, unit: str) -> float:
     found = _QUANTITY.fullmatch(text)
     if found is None:
         comma = "write a decimal with a point, 6.5 and not 6,5; " if re.search(r"\d,\d", text) else ""
-        raise InputError(f"this is no quantity; {comma}{_advice(unit)}")
+        raise InputError(f"this is no quantity; {comma}{advice(unit)}")
     if found["unit"] is None:
         return float(found["number"])  # a number by itself is in the unit asked for, typed or not
     try:
@@ -78,7 +79,7 @@ def _read(text: str, unit: str) -> float:
     except pint.DimensionalityError as error:
         raise InputError(f"this is in {error.units1}; it needs a unit that converts to {unit}.") from error
     except Exception as error:
-        raise InputError(f"this is no quantity, {found['unit']!r} is no unit to use here; {_advice(unit)}") from error
+        raise InputError(f"this is no quantity, {found['unit']!r} is no unit to use here; {advice(unit)}") from error
     if unit == "rad/s" and not any(angle in str(given) for angle in _ANGLES):  # to pint 1 Hz is 1 rad/s
         raise InputError(f"{found['unit']} leaves open whether turns or radians are counted; give rpm or rad/s.")
     # 15 digits are as many as a text and a float have in common: "72 mm" is 0.072 to the last bit.

@@ -105,6 +105,8 @@ class RunStore:
             raise InputError(
                 f"Run store {self.path}: there is no folder {self.path.parent}. Make it, or give another file."
             )
+        if self.path.is_dir():
+            raise InputError(f"Run store {self.path} is a folder; give a file, such as {self.path / 'runs.sqlite'}.")
         with self._errors():
             self._connection = sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)
         try:

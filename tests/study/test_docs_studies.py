@@ -63,6 +63,13 @@ def test_the_python_example_runs(folder, monkeypatch, capsys):
     assert len((folder / "runs.csv").read_text().splitlines()) == 5
 
 
+def test_invented_measurements_are_said_to_be_invented():
+    """No row of examples/ may pass for a laboratory's or for a result of this program, which would age with it."""
+    example = Path(__file__).parents[2] / "examples" / "study" / "study.toml"
+    assert re.search(r"^# Its measurements.* are invented", example.read_text(encoding="utf-8"), re.M)
+    assert "its measurements are invented" in PAGE
+
+
 @pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, re.M))
 def test_commands_and_options_exist(command):
     _, name, *arguments = shlex.split(command)
