@@ -443,6 +443,11 @@ def test_what_contacts_lack_is_told_although_the_grains_material_is_unknown(writ
     assert keys == ["particle.material", "contacts.granule-granule.static_friction"]
 
 
+def test_a_misspelt_grain_material_is_taken_for_the_nearest(write):
+    keys = {p.split()[0].rstrip(":") for p in problems_of(write(('material = "granule"', 'material = "wal"')))}
+    assert {"particle.material", "contacts.wall-wall.restitution", "contacts.wall-wall.static_friction"} <= keys
+
+
 def test_where_the_grains_material_is_unknown_any_pair_may_be_calibrated(write):
     changes = [
         ('material = "granule"', 'material = "granul"'),
