@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +18,8 @@ from taichidem.errors import InputError, unknown_name
 if TYPE_CHECKING:
     import pandas as pd
 
-    from taichidem.study import Study
+    from taichidem.study import RunStore, Study
+    from taichidem.study.campaign import Run
 
 MOST_REASONS = 20  # failures printed in words; the store holds all
 
@@ -47,19 +50,18 @@ def simulate_study(
     path: str, experiments: str | None, seeds: list[int], store: Path | None, retry_failed: bool, as_json: bool
 ) -> None:
     """Run a study and print mean and scatter of every observable, beside what was measured."""
-    from taichidem.study import RunStore, read_measurements, read_study, simulate, summarise
-    from taichidem.study.campaign import STORE
+    from taichidem.study import RunStore, read_measurements, read_study, summarise
+    from taichidem.study.campaign import STORE, run_all, study_runs
     from taichidem.study.measurements import measurements_file
 
     study = read_study(path)
     measured = read_measurements(study) if measurements_file(study).exists() else None
     names = None if experiments is None else [name.strip() for name in experiments.split(",") if name.strip()]
     file = store or study.path / STORE
-    with RunStore(file) as opened, progress(quiet=as_json) as report:
+    runs = study_runs(study, names, seeds)  # before a store is made for experiments that don't exist
+    with RunStore(file) as opened, _told_when_stopped(runs, opened), progress(quiet=as_json) as report:
         report("simulating", 0.0)
-        table = simulate(
-            study, names, seeds, opened, report=lambda share: report("simulating", share), retry_failed=retry_failed
-        )
+        table = run_all(runs, opened, lambda share: report("simulating", share), retry_failed=retry_failed)
     summary = summarise(study, table, measured)
     if as_json:
         typer.echo(json.dumps(_as_dict(study, file, table, summary), indent=2))
@@ -67,6 +69,18 @@ def simulate_study(
         _print(study, file, table, summary)
     if not (table["status"] == "done").any():
         raise typer.Exit(1)
+
+
+@contextmanager
+def _told_when_stopped(runs: list[Run], store: RunStore) -> Iterator[None]:
+    """Say on Ctrl-C how far a campaign came, and end with 130 as shells expect."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        keys = {run.key for run in runs}
+        there = len(store.statuses(keys))
+        typer.echo(f"Stopped. {there} of {len(keys)} runs are in {store.path}; the same command goes on.", err=True)
+        raise typer.Exit(130) from None
 
 
 def _as_dict(study: Study, file: Path, table: pd.DataFrame, summary: pd.DataFrame) -> dict[str, Any]:

@@ -26,9 +26,15 @@ class EnvironmentProblem(TaichidemError, RuntimeError):  # noqa: N818 - the mach
     """The machine lacks something; the message names the command that cures it."""
 
 
+def nearest(given: str, allowed: Iterable[str]) -> str | None:
+    """Return the allowed name that was likely meant, or None."""
+    near = difflib.get_close_matches(given, sorted(allowed), n=1, cutoff=0.4)
+    return near[0] if near else None
+
+
 def unknown_name(kind: str, given: str, allowed: Iterable[str]) -> InputError:
     """Return the error for an unknown name, with the allowed ones and the nearest."""
     names = sorted(allowed)
-    near = difflib.get_close_matches(given, names, n=1, cutoff=0.4)
-    hint = f" Did you mean {near[0]!r}?" if near else ""
+    near = nearest(given, names)
+    hint = f" Did you mean {near!r}?" if near else ""
     return InputError(f"Unknown {kind} {given!r}. Allowed: {', '.join(names) or 'none'}.{hint}")

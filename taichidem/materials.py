@@ -28,17 +28,10 @@ class Material:
     poissons_ratio: float
 
     def __post_init__(self) -> None:
-        for what in ("density", "youngs_modulus"):
-            value = getattr(self, what)
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(
-                    f"Material {self.name!r}: {what} is {value!r}; it must be a finite number above 0 (SI)."
-                )
-        if not -1 < self.poissons_ratio <= 0.5:
-            raise InputError(
-                f"Material {self.name!r}: poissons_ratio is {self.poissons_ratio!r}; a stable isotropic solid has "
-                "-1 < ν ≤ 0.5."
-            )
+        for what in ("density", "youngs_modulus", "poissons_ratio"):
+            fault = property_fault(what, getattr(self, what))
+            if fault:
+                raise InputError(f"Material {self.name!r}: {what} {fault}")
         if not self.name or "-" in self.name:
             raise InputError(f"Material name {self.name!r}: give a non-empty name without '-', which joins a pair.")
 
@@ -46,6 +39,13 @@ class Material:
     def shear_modulus(self) -> float:
         """G = E / (2 (1 + ν)) [Pa]."""
         return self.youngs_modulus / (2 * (1 + self.poissons_ratio))
+
+
+def property_fault(what: str, value: float) -> str:
+    """Return what is wrong with a property of a material, as the rest of a sentence, or an empty text."""
+    if what == "poissons_ratio":
+        return "" if -1 < value <= 0.5 else f"is {value!r}; a stable isotropic solid has -1 < ν ≤ 0.5."
+    return "" if math.isfinite(value) and value > 0 else f"is {value!r}; it must be a finite number above 0 (SI)."
 
 
 @dataclass(frozen=True)

@@ -136,6 +136,18 @@ class Experiment:
         """Return the observables and further details, from the end state and from what the procedure noted."""
         raise NotImplementedError
 
+    def observable_at(self, name: str, conditions: Mapping[str, str]) -> str:
+        """Return which observable a measurement is; `name` itself, unless the conditions it was made under tell more.
+
+        Args:
+            name: as a table of measurements gives it.
+            conditions: the table's further columns in that row, as texts.
+
+        Raises:
+            InputError: conditions under which the experiment measures nothing.
+        """
+        return name
+
     def parts(self) -> Sequence[Experiment]:
         """Return what is run side by side for one outcome: this experiment alone, unless it repeats itself under other loads."""
         return (self,)

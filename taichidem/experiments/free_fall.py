@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -15,11 +16,12 @@ from taichidem.experiments.base import Experiment, GranularSettings, Observable,
 from taichidem.procedure import Procedure, World, wait
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot
-from taichidem.units import Durations, Length, Mass, Speed, quantity
+from taichidem.units import Durations, Length, Mass, Speed, quantity, to_si
 from taichidem.walls import Plane, Wall
 
 FEWEST_STEPS = 10_000  # in the whole fall
 LONGEST_MOVE = 0.1  # of the ball's radius in one step
+SAME_TIME = 1e-9  # relative, the rounding of decimal numbers and units
 
 
 class FreeFallSettings(GranularSettings):
@@ -64,6 +66,20 @@ class FreeFall(Experiment):
         )
         if len(set(names.values())) < len(times):
             raise InputError(f"free_fall.time is {times!r}; give times that differ in their first six digits.")
+
+    def observable_at(self, name: str, conditions: Mapping[str, str]) -> str:
+        """Return the observable that `height` is at the condition `time`, a text such as "0.5" [s] or "500 ms"."""
+        given = conditions.get("time", "")
+        if name != "height" or (not given and len(self.observables) == 1):
+            return name
+        allowed = f"{self.name} measures it at {', '.join(f'{time:g} s' for time in self.settings.time)}"
+        if not given:
+            raise InputError(f"height is given without its time; {allowed}. Say which in a column time.")
+        wanted = to_si(given, "s", "time")
+        for observable, time in zip(self.observables, self.settings.time, strict=True):
+            if math.isclose(time, wanted, rel_tol=SAME_TIME):
+                return observable.name
+        raise InputError(f"height is given at time {given!r}; {allowed}. Add the time to the test's setting `time`.")
 
     def walls(self, model: Model) -> tuple[Wall, ...]:
         """Return the floor, if there is one."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-from taichidem.materials import Material
+from taichidem.materials import Material, property_fault
 from taichidem.study.problems import Problems
+from taichidem.units import advice
 
 SHAPES = ("sphere",)
 UNITS = {"density": "kg/m^3", "youngs_modulus": "Pa", "poissons_ratio": "1"}
-FITTING = Material("any", 1000.0, 1e7, 0.3)  # to check one property of another material at a time
+FITTING = (1000.0, 1e7, 0.3)  # properties of some material, to check a name alone
 
 
 @dataclass(frozen=True)
@@ -66,20 +67,21 @@ def _read_material(name: str, table: Mapping[str, Any], problems: Problems) -> M
     before = len(problems.found)
     problems.refuse_others(table, UNITS, path, "key")
     with problems.catching(path):
-        replace(FITTING, name=name)
+        Material(name, *FITTING)
     if "." in name:
         problems.add(path, "a material's name can't hold '.', which separates the parts of a key.")
     values = {}
     for part, unit in UNITS.items():
         key = f"{path}.{part}"
         if part not in table:
-            problems.missing(key, f"give a number in {unit} or a text with a unit.")
+            problems.missing(key, f"{advice(unit)}")
             continue
         value = problems.quantity(key, table[part], unit)
         if value is not None:
             values[part] = value
-            with problems.catching(key):
-                replace(FITTING, **{part: value})  # type: ignore[arg-type]
+            fault = property_fault(part, value)
+            if fault:
+                problems.add(key, f"{key} {fault}")
     return Material(name, **values) if len(problems.found) == before else None
 
 

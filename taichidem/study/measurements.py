@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import math
+from collections.abc import Iterator
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -32,37 +35,32 @@ def read_measurements(study: Study, path: str | Path | None = None) -> pd.DataFr
 
     Returns:
         One row per measurement: experiment, observable, value, u, unit, n, and every further column as text. Values are
-        converted to the unit in which the experiment gives the observable.
+        converted to the unit in which the experiment gives the observable; a height at a time gets the name under which the
+        experiment gives it, such as height_at_1_s.
 
     Raises:
         FileError: (an InputError) everything that is wrong, each with the line of the file.
         InputError: no such file, or it can't be read as a table.
     """
     file = measurements_file(study) if path is None else Path(path)
-    table = _load(file)
+    (_, header), *lines = _load(file)
     problems = Problems(str(file))
-    for column in COLUMNS:
-        if column not in table.columns:
-            problems.missing(f"column {column}", f"the table needs the columns {', '.join(COLUMNS)}.")
+    _check_header(header, problems)
     problems.raise_if_any()
-    rows = [_read_row(study, f"line {line}", row, problems) for line, row in _lines(table)]
+    table = [(line, _named(header, cells)) for line, cells in lines if _fits(line, header, cells, problems)]
+    rows = [_read_row(study, f"line {line}", row, problems) for line, row in table]
     _note_repeats(table, problems)
-    if not rows:
+    if not lines:
         problems.add("rows", "the table holds no measurement.")
     problems.raise_if_any()
     return pd.DataFrame(rows)
 
 
-def _load(file: Path) -> pd.DataFrame:
+def _load(file: Path) -> list[tuple[int, list[str]]]:
+    """Return the cells of every line that holds any, with the line's number; the first is the header."""
     try:
-        table = pd.read_csv(
-            file,
-            dtype=str,
-            keep_default_na=False,
-            skip_blank_lines=False,  # so that lines keep their numbers
-            skipinitialspace=True,
-            encoding="utf-8-sig",
-        )
+        with file.open(encoding="utf-8-sig", newline="") as stream:
+            lines = list(_numbered(csv.reader(stream, skipinitialspace=True, strict=True)))
     except FileNotFoundError:
         columns = ",".join(COLUMNS)
         raise InputError(
@@ -70,17 +68,55 @@ def _load(file: Path) -> pd.DataFrame:
         ) from None
     except OSError as error:
         raise InputError(f"{file} can't be read ({error.strerror}).") from error
-    except (ValueError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+    except (ValueError, csv.Error) as error:
         raise InputError(f"{file} is no table of comma-separated values in UTF-8: {error}") from error
-    table.columns = table.columns.str.strip()
-    table = table.fillna("").apply(lambda column: column.str.strip())
-    return table[(table != "").any(axis=1)]
+    if not lines:
+        raise InputError(f"{file} is no table, it is empty. Write a row with the columns {', '.join(COLUMNS)} first.")
+    return lines
 
 
-def _lines(table: pd.DataFrame) -> list[tuple[int, dict[str, str]]]:
-    """Return every row with its line in the file, of which the first holds the names of the columns."""
-    rows: list[Any] = table.to_dict("records")
-    return [(int(number) + 2, row) for number, row in zip(table.index, rows, strict=True)]
+def _numbered(reader: Any) -> Iterator[tuple[int, list[str]]]:
+    before = 0  # a quoted cell may hold line breaks: a row begins where the last one ended
+    for row in reader:
+        cells = [cell.strip() for cell in row]
+        while cells and not cells[-1]:  # commas at the end of a line, as spreadsheets write them
+            cells.pop()
+        if cells:
+            yield before + 1, cells
+        before = reader.line_num
+
+
+def _check_header(header: list[str], problems: Problems) -> None:
+    for sign, name in ((";", "';'"), ("\t", "a tab")):
+        if len(header) == 1 and sign in header[0]:
+            problems.add(
+                "separator", f"the cells are separated by {name}; separate them by ',' and write decimals with '.'."
+            )
+            return
+    for column in COLUMNS:
+        if column not in header:
+            problems.missing(f"column {column}", f"the table needs the columns {', '.join(COLUMNS)}.")
+    for name in dict.fromkeys(header):
+        if not name:
+            problems.add("line 1", f"line 1: column {header.index(name) + 1} has no name; give it one or remove it.")
+        elif header.count(name) > 1:
+            problems.add(f"column {name}", f"column {name} stands {header.count(name)} times in line 1; keep one.")
+
+
+def _fits(line: int, header: list[str], cells: list[str], problems: Problems) -> bool:
+    """Return whether every cell of a line has a column; note it if not."""
+    if len(cells) > len(header):
+        problems.add(
+            f"line {line}",
+            f"line {line}: it has {len(cells)} cells, but line 1 names {len(header)} columns. Write decimals with '.', put a "
+            "text that holds ',' between quotation marks.",
+        )
+    return len(cells) <= len(header)
+
+
+def _named(header: list[str], cells: list[str]) -> dict[str, str]:
+    """Return the cells of a line by the names of their columns; those left out at its end are empty."""
+    return dict(zip_longest(header, cells, fillvalue=""))
 
 
 def _read_row(study: Study, line: str, row: dict[str, str], problems: Problems) -> dict[str, Any]:
@@ -97,7 +133,7 @@ def _read_row(study: Study, line: str, row: dict[str, str], problems: Problems) 
         factor = _factor(row["unit"], observable, line)
         if None not in number.values():
             converted = {"value": number["value"] * factor, "u": u * factor, "unit": observable.unit, "n": int(n)}  # type: ignore[operator, arg-type]
-            return row | converted
+            return row | {"observable": observable.name} | converted
     return row
 
 
@@ -108,10 +144,14 @@ def _observable(study: Study, line: str, row: dict[str, str], problems: Problems
         return None
     experiment = study.experiment(row["experiment"])
     made = {o.name: o for o in experiment.observables}
-    if row["observable"] not in made:
-        error = unknown_name(f"observable of {row['experiment']} ({experiment.name})", row["observable"], made)
+    try:
+        name = experiment.observable_at(row["observable"], {k: v for k, v in row.items() if k not in COLUMNS})
+        if name not in made:
+            raise unknown_name(f"observable of {row['experiment']} ({experiment.name})", name, made)
+    except InputError as error:
         problems.add(line, f"{line}: {error}")
-    return made.get(row["observable"])
+        return None
+    return made[name]
 
 
 def _number(line: str, name: str, text: str, problems: Problems) -> float | None:
@@ -136,12 +176,11 @@ def _factor(unit: str, observable: Observable, line: str) -> float:
     return to_si(f"1 {unit}", observable.unit, f"{line}: unit of {observable.name}")
 
 
-def _note_repeats(table: pd.DataFrame, problems: Problems) -> None:
+def _note_repeats(table: list[tuple[int, dict[str, str]]], problems: Problems) -> None:
     """Note rows that measure the same: same experiment, observable and condition (every further column)."""
-    same = [column for column in table.columns if column not in ("value", "u", "unit", "n")]
     first: dict[tuple, int] = {}
-    for line, row in _lines(table):
-        what = tuple(row[column] for column in same)
+    for line, row in table:
+        what = tuple(text for column, text in row.items() if column not in ("value", "u", "unit", "n"))
         if what in first:
             problems.add(
                 f"line {line}",

@@ -10,6 +10,7 @@ to one that writes.
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -105,6 +106,8 @@ class RunStore:
             raise InputError(
                 f"Run store {self.path}: there is no folder {self.path.parent}. Make it, or give another file."
             )
+        if os.path.isdir(self.path):  # Path.is_dir raises in a folder that may not be entered
+            raise InputError(f"Run store {self.path} is a folder; give a file, such as {self.path / 'runs.sqlite'}.")
         with self._errors():
             self._connection = sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)
         try:

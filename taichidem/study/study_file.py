@@ -9,7 +9,7 @@ from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Any
 
-from taichidem.errors import InputError, unknown_name
+from taichidem.errors import InputError, nearest, unknown_name
 from taichidem.experiments.base import Experiment
 from taichidem.materials import Material, MaterialPair
 from taichidem.scene import Model
@@ -119,11 +119,11 @@ def read_study(path: str | Path) -> Study:
     particle = read_particle(document, names, problems)
     experiments = read_experiments(document, particle, names, problems)
     grain = problems.table(document, "particle").get("material")
-    pairs = touching(grain, experiments, names) if grain in names else []
+    pairs = touching(likely_grain(grain, names), experiments, names) if names else []
     effects = read_composition(document, problems)
     given = read_given(document, effects, names, problems)
     complete(given, effects, pairs, problems)
-    calibrate = read_calibrations(document, effects, pairs or all_pairs(names), problems)
+    calibrate = read_calibrations(document, effects, pairs if grain in names else all_pairs(names), problems)
     model = None
     if particle is not None and not problems.concern("materials", "contacts", "effects"):
         model = _build_model(in_order(materials, particle.material), given, effects, pairs, problems)
@@ -154,6 +154,14 @@ def _check_schema(document: Mapping[str, Any], problems: Problems) -> None:
             "schema",
             f"schema is {document['schema']!r}; this version reads schema = {SCHEMA}. A newer one may need a newer taichidem.",
         )
+
+
+def likely_grain(given: object, materials: Collection[str]) -> str:
+    """Return the material of the grains, or the one that was likely meant, so that what its contacts lack is told as well."""
+    if given in materials:
+        return str(given)
+    near = nearest(str(given), materials) if given is not None else None
+    return near or next((name for name in materials if name != "wall"), "wall")
 
 
 def touching(grain: str, experiments: Mapping[str, StudyExperiment], materials: Collection[str]) -> list[str]:

@@ -69,7 +69,7 @@ class Quick(Experiment):
             grain_materials=(grain,),
         )
 
-    def run(self, models, seeds, *, schedule="worlds", report=None):
+    def run(self, models, seeds, *, schedule="worlds", report=None, frames=None):
         models = [models] * len(seeds) if not isinstance(models, list) else models
         Quick.batches.append(list(seeds))
         if self.settings.broken:

@@ -146,6 +146,10 @@ CASES = {
     ),
     "unknown experiment of the study": ((".", "--experiments", "wide,narow"), ["'narow'", "Did you mean 'narrow'?"]),
     "seeds": ((".", "--seeds", "many"), ["seeds is 'many'", "how many", "such as 1,2,3"]),
+    "store in a folder's place": (
+        (".", "--store", "empty"),
+        ["Run store empty is a folder; give a file, such as empty/runs.sqlite."],
+    ),
     "store": ((".", "--store", "nowhere/runs.sqlite"), ["there is no folder nowhere"]),
 }
 
@@ -161,6 +165,24 @@ def test_bad_input_is_refused(command, write, monkeypatch, case):
     for part in parts:
         assert part in err
     assert "Traceback" not in err
+    assert not Path("runs.sqlite").exists()
+
+
+def test_a_campaign_that_is_stopped_says_how_far_it_came(command, write, monkeypatch):
+    folder, whole = write(), Quick.run
+
+    def stop_at_wide(self, *arguments, **options):
+        if self.settings.width > 0.045:
+            raise KeyboardInterrupt
+        return whole(self, *arguments, **options)
+
+    monkeypatch.setattr(Quick, "run", stop_at_wide)
+    for options in ((), ("--json",)):
+        code, out, err = command("simulate", folder, "--seeds", "3", *options)
+        assert (code, out) == (130, "")
+        assert f"Stopped. 3 of 6 runs are in {folder / 'runs.sqlite'}; the same command goes on." in err
+    monkeypatch.setattr(Quick, "run", whole)
+    assert "6 runs: 3 were in the store, 3 simulated now" in command("simulate", folder, "--seeds", "3")[1]
 
 
 def test_a_study_in_a_folder_named_like_an_experiment_wins(command, write, monkeypatch):
@@ -206,6 +228,6 @@ def test_the_example_runs(command, tmp_path):
     code, out, _ = command(*arguments)
     assert code == 0
     name, observable, mean, _, n, measured, unit = line_of(out, "narrow_heap")
-    assert (name, observable, n, measured, unit) == ("narrow_heap", "angle_of_repose", "2", "20.11 ± 0.79", "deg")
+    assert (name, observable, n, measured, unit) == ("narrow_heap", "angle_of_repose", "2", "20.1 ± 0.8", "deg")
     assert 8 < float(mean) < 30
     assert "2 were in the store, 0 simulated now" in command(*arguments)[1]

@@ -19,8 +19,11 @@ PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="u
 
 
 def block(language):
-    (found,) = re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
-    return found
+    return blocks(language)[0]
+
+
+def blocks(language):
+    return re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
 
 
 @pytest.fixture
@@ -40,6 +43,15 @@ def test_the_example_is_a_study(folder):
     assert read_measurements(study)["value"].tolist() == [12.22]
 
 
+def test_the_heights_of_a_fall_are_measurements(folder):
+    fall = '[experiments.fall]\ntype = "free_fall"\ntime = [1.0, 2.0]\nrelease_height = 47\n'
+    (folder / "my_study" / "study.toml").write_text(block("toml") + fall, encoding="utf-8")
+    (folder / "my_study" / "measurements.csv").write_text(blocks("csv")[1], encoding="utf-8")
+    measured = read_measurements(read_study(folder / "my_study"))
+    assert measured["observable"].tolist() == ["height_at_1_s", "height_at_2_s"]
+    assert measured["time"].tolist() == ["1.0", "2 s"]
+
+
 def test_the_python_example_runs(folder, monkeypatch, capsys):
     def quickly(self, models, seeds, **_):
         return [Outcome({"angle_of_repose": 12.0 + seed}, seed) for seed in seeds]
@@ -49,6 +61,13 @@ def test_the_python_example_runs(folder, monkeypatch, capsys):
     exec(compile(block("python"), "studies.md", "exec"), {})
     assert "13.5" in capsys.readouterr().out
     assert len((folder / "runs.csv").read_text().splitlines()) == 5
+
+
+def test_invented_measurements_are_said_to_be_invented():
+    """No row of examples/ may pass for a laboratory's or for a result of this program, which would age with it."""
+    example = Path(__file__).parents[2] / "examples" / "study" / "study.toml"
+    assert re.search(r"^# Its measurements.* are invented", example.read_text(encoding="utf-8"), re.M)
+    assert "its measurements are invented" in PAGE
 
 
 @pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, re.M))

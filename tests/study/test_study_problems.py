@@ -413,6 +413,49 @@ def test_all_problems_at_once(write):
     assert len(problems) == len(wanted)
 
 
+def test_a_property_is_told_by_its_key_alone(write):
+    changes = [('"910 kg/m^3"', "-910"), ('"50 MPa"', "0"), ("0.36", "0.6")]
+    assert problems_of(write(*changes)) == (
+        "materials.granule.density is -910.0; it must be a finite number above 0 (SI).",
+        "materials.granule.poissons_ratio is 0.6; a stable isotropic solid has -1 < ν ≤ 0.5.",
+        "materials.wall.youngs_modulus is 0.0; it must be a finite number above 0 (SI).",
+    )
+
+
+def test_a_missing_property_is_asked_for_with_its_unit(write):
+    changes = [("poissons_ratio = 0.36\n", ""), ('density = "910 kg/m^3"\n', "")]
+    assert problems_of(write(*changes)) == (
+        "materials.granule.density is missing; give a number in kg/m^3 or a text such as '6 kg/m^3'.",
+        "materials.granule.poissons_ratio is missing; give a number, such as 0.5.",
+    )
+
+
+def test_a_setting_says_its_value_once(write):
+    (problem,) = problems_of(write((NARROW, 'type = "quick"\nwidth = "3 rpm"')))
+    assert problem.count("3 rpm") == 1
+    assert "[m]: this is in revolutions_per_minute; it needs a unit that converts to m." in problem
+
+
+@pytest.mark.parametrize("material", ['material = "granul"', 'material = "polymer"', ""])
+def test_what_contacts_lack_is_told_although_the_grains_material_is_unknown(write, material):
+    changes = [('material = "granule"', material), ("restitution = 0.6\nstatic_friction = 0.4", "restitution = 0.6")]
+    keys = [problem.split()[0].rstrip(":") for problem in problems_of(write(*changes))]
+    assert keys == ["particle.material", "contacts.granule-granule.static_friction"]
+
+
+def test_a_misspelt_grain_material_is_taken_for_the_nearest(write):
+    keys = {p.split()[0].rstrip(":") for p in problems_of(write(('material = "granule"', 'material = "wal"')))}
+    assert {"particle.material", "contacts.wall-wall.restitution", "contacts.wall-wall.static_friction"} <= keys
+
+
+def test_where_the_grains_material_is_unknown_any_pair_may_be_calibrated(write):
+    changes = [
+        ('material = "granule"', 'material = "granul"'),
+        ("granule-granule.restitution", "wall-wall.restitution"),
+    ]
+    assert len(problems_of(write(*changes))) == 1
+
+
 class SizedSettings(QuickSettings):
     diameter: Length = quantity("m", "Diameter of the grains, which has no default.", gt=0)
 
