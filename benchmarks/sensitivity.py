@@ -23,7 +23,10 @@ ROOT = Path(__file__).resolve().parents[1]
 STUDY = ROOT / "examples" / "bench"
 REFERENCE = ROOT.parent / "shared" / "lab" / "sensitivity_reference.csv"
 STORE = Path(__file__).parent / ".cache" / "sensitivity.sqlite"
-SEEDS = (1, 2)  # of the two look-alikes, rolling resistance and cohesion by area; all other changes take the first alone
+SEEDS = (
+    1,
+    2,
+)  # of the two look-alikes, rolling resistance and cohesion by area; all other changes take the first alone
 CENTRE_SEEDS = (1, 2, 3, 4)
 
 # Standard uncertainty of a measurement, as in the bench's reference data; the last four are what such tests reach.
