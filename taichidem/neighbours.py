@@ -7,10 +7,8 @@ lists each pair once, at the element that comes first, and copies the memory of 
 
 import taichi as ti
 
-from taichidem.contact import Holding
+from taichidem.inheritance import INHERITED, Inheritance
 from taichidem.state import OnTables, Status
-
-INHERITED = -3  # stamp of an old slot whose memory went over into a new list
 
 
 @ti.data_oriented
@@ -23,6 +21,7 @@ class Neighbours(OnTables):
         self.law = law
         self.contacts = contacts
         self.wall_motion = wall_motion
+        self.inheritance = Inheritance(state, law, contacts)
 
     @ti.func
     def stale(self, w, e):
@@ -179,41 +178,8 @@ class Neighbours(OnTables):
         for e in range(base, base + self.worlds[w].elements):
             cursor = self.fill(w, e, cursor, True)
         self.worlds[w].slots = cursor - self.worlds[w].slot_base
-        self.give_back(w)
-
-    @ti.func
-    def give_back(self, w):
-        """Let bodies take back what contacts held that no new list inherits: what parted too far, left, or lost its wall.
-
-        On one thread, since several contacts may give to one body.
-        """
         if ti.static(self.carries):
-            alive = self.worlds[w].evaluation
-            base = 2 * self.worlds[w].first_element + self.worlds[w].element_capacity - self.worlds[w].element_base
-            for e in range(base, base + self.worlds[w].elements_before):
-                for s in range(self.elements[e].slots_from, self.elements[e].slots_to):
-                    if self.slots[s].stamp == alive:
-                        self._share_out(e, s)
-
-    @ti.func
-    def _share_out(self, e, s):
-        """Give what an old slot holds to its two bodies, all of it to the one that stays where the other has left."""
-        partner = self.slots[s].partner
-        h = Holding(held_i=0.0)
-        self.law.release(s, h, partner < 0)
-        first = self.labels[self.contacts.body_of(e)].moved_to
-        second = -1
-        if partner >= 0:
-            second = self.labels[self.contacts.body_of(partner)].moved_to
-        given_i, given_j = h.change_i, h.change_j
-        if first < 0:
-            given_i, given_j = 0.0, given_i + given_j
-        elif second < 0:
-            given_i, given_j = given_i + given_j, 0.0
-        if first >= 0:
-            self.amounts[first].held = self.amounts[first].held + given_i
-        if second >= 0:
-            self.amounts[second].held = self.amounts[second].held + given_j
+            self.inheritance.give_back(w)
 
     @ti.func
     def fill(self, w, e, begin, write: ti.template()):

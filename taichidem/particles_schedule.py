@@ -159,7 +159,8 @@ class ParticlesSchedule(OnTables):
                     if partner >= 0:
                         self.incoming[self.inbound[partner].end].slot = s
                         self.inbound[partner].end = self.inbound[partner].end + 1
-            self.neighbours.give_back(w)
+            if ti.static(self.carries):
+                self.neighbours.inheritance.give_back(w)
 
     @ti.kernel
     def act(self, w: ti.i32, dt: ti.f64):

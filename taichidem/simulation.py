@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -13,59 +13,10 @@ from taichidem.effects.base import ContactEffect
 from taichidem.errors import InputError, SimulationError, unknown_name
 from taichidem.loading import motion_columns
 from taichidem.scene import Scene
+from taichidem.snapshot import Snapshot, WallState
 from taichidem.walls import Motion, Wall
 
-
-@dataclass(frozen=True)
-class Snapshot:
-    """The bodies of one world at one time, ordered by identity.
-
-    Attributes:
-        time: [s].
-        position, velocity, spin, force, torque: (n, 3), SI.
-        orientation: quaternions (w, x, y, z), (n, 4); identity for single spheres, which need none.
-        mass, radius: (n,).
-        identity: number given at insertion, (n,).
-        carried: what each body holds of an effect's amount, such as liquid [m³], (n,); zero where no effect has one.
-        kinetic_energy: of motion and rotation [J].
-        left: bodies that left the domain so far.
-        rebuilds: neighbour lists built so far.
-    """
-
-    time: float
-    position: np.ndarray
-    velocity: np.ndarray
-    spin: np.ndarray
-    force: np.ndarray
-    torque: np.ndarray
-    orientation: np.ndarray
-    mass: np.ndarray
-    radius: np.ndarray
-    identity: np.ndarray
-    carried: np.ndarray
-    kinetic_energy: float
-    left: int
-    rebuilds: int
-
-
-@dataclass(frozen=True)
-class WallState:
-    """A wall now.
-
-    Attributes:
-        centre: of its motion [m].
-        velocity: of that centre [m/s].
-        spin: [rad/s].
-        force: of the grains on the wall [N], (3,), as of the last step.
-        torque: of the grains on the wall about its centre [N m], (3,).
-    """
-
-    centre: np.ndarray
-    velocity: np.ndarray
-    spin: np.ndarray
-    force: np.ndarray
-    torque: np.ndarray
-
+__all__ = ["Simulation", "Snapshot", "WallState"]
 
 _COLUMN = {"centre": "origin"}  # columns that the table of walls calls otherwise
 
