@@ -137,10 +137,18 @@ def fill_at_random(
     Raises:
         InputError: the region is too small for the number asked for.
     """
-    centres = place_at_random(rng, region, radii, present, present_radius)
+    radii = np.asarray(radii, float)
+    centres: np.ndarray = np.full((len(radii), 3), np.nan)
+    for radius in np.unique(radii)[::-1]:  # large grains first: small ones still find places between them
+        own, there = np.flatnonzero(radii == radius), np.isfinite(centres[:, 0])
+        around, around_radius = (
+            np.concatenate([present, centres[there]]),
+            np.concatenate([present_radius, radii[there]]),
+        )
+        centres[own] = place_at_random(rng, region, radii[own], around, around_radius)
     placed = int(np.count_nonzero(np.isfinite(centres[:, 0])))
     if placed < len(centres):
-        share = float((4 / 3 * np.pi * np.asarray(radii) ** 3).sum()) / region.volume()
+        share = float((4 / 3 * np.pi * radii**3).sum()) / region.volume()
         raise InputError(
             f"Only {placed} of {len(centres)} grains of radius up to {float(np.max(radii)):g} m found a place at random; "
             f"they would fill {100 * share:.0f} % of the region, and beyond about 30 % hardly any place is free. Enlarge "

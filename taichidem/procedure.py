@@ -195,8 +195,7 @@ def rain(
         InputError: the region is too small for so many.
     """
     present = world.snapshot()
-    # Large grains look for a place first; the small ones find theirs between them.
-    radii = np.sort(grain.radii(world.rng, count))[::-1]
+    radii = grain.radii(world.rng, count)
     centres = fill_at_random(world.rng, region, radii, present.position, present.radius)
     world.insert(grain.spheres(centres, radii, velocity))
 

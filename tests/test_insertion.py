@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.distance import pdist
 
-from taichidem.effects import BodyGravity, NormalHertz
+from taichidem.effects import BodyGravity, NormalHertz, SizeSpread
 from taichidem.effects.base import SetupEffect
 from taichidem.errors import InputError
 from taichidem.insertion import BoxRegion, CylinderRegion, fill_at_random, place_at_random
@@ -85,6 +85,17 @@ def test_grains_of_several_sizes_touch_neither_each_other_nor_the_border(seed, s
     assert np.all(np.hypot(x[:, 0], x[:, 1]) <= 1.0 - radii + 1e-12)
     touching = np.add.outer(radii, radii)[np.triu_indices(len(radii), 1)]
     assert np.all(pdist(x) >= touching) if len(x) > 1 else True
+
+
+@pytest.mark.parametrize("half_width", [0.0, 0.15, 0.35])
+def test_a_full_cup_takes_grains_of_one_size_and_of_several_alike(half_width):
+    """28 % of the region, as the bench's bulk density asks for; large grains look for their places first."""
+    sizes = SizeSpread(half_width=half_width).relative_sizes() if half_width else (1.0,)
+    radii = 0.003 * np.random.default_rng(1).permutation(np.resize(sizes, 1184))
+    x = fill_at_random(np.random.default_rng(1), CylinderRegion(0.03, 0.006, 0.174), radii, NONE, np.empty(0))
+    assert np.all(np.hypot(x[:, 0], x[:, 1]) <= 0.03 - radii + 1e-12)
+    touching = np.add.outer(radii, radii)[np.triu_indices(len(radii), 1)]
+    assert np.all(pdist(x) >= touching)
 
 
 def test_places_are_uniform_over_the_cross_section():
