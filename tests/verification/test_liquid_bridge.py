@@ -271,9 +271,6 @@ def test_settings_that_make_no_sense_are_refused():
         LiquidBridge(surface_tension=TENSION, liquid_fraction=0.09)
     with pytest.raises(InputError, match=r"liquid_fraction is one number for the whole model"):
         LiquidBridge(surface_tension=TENSION, liquid_fraction={"a-a": 0.01})
-    law = [NormalHertz(restitution=0.5), LiquidBridge(surface_tension=TENSION, liquid_fraction=0.01)]
-    with pytest.raises(InputError, match=r"skin is 0 m; with liquid_bridge it must be 0\.0001 m or more"):
-        scene(ball([[0, 0, 1.0]]), law=law, skin=0.0)
 
 
 def test_angles_may_differ_between_pairs():
