@@ -1,12 +1,13 @@
 """Drag and buoyancy of a fluid at rest."""
 
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import UNDER_WEIGHT, BodyEffect, Parameter, Similarity
+from taichidem.effects.probe import ProbeScale
 
 # The correlation of Brown & Lawler: C_D = 24/Re (1 + 0.15 Re^0.681) + 0.407/(1 + 8710/Re).
 TRANSITION = 0.15
@@ -86,6 +87,12 @@ class AirDrag(BodyEffect):
             "intermediate": TRANSITION * viscosity ** (1.0 - EXPONENT),
             "scale": self.value("represented_scale"),
         }
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return air of one and a half times its density and viscosity."""
+        usual = {p.name: p.default for p in cls.parameters if p.default is not None}
+        return {name: 1.5 * usual[name] for name in ("fluid_density", "viscosity")}
 
     @ti.func
     def wrench(self, p, b: ti.template()):

@@ -8,7 +8,7 @@ lacks. The engine knows only this declaration; no name of an effect stands in it
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, ClassVar
@@ -16,6 +16,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from taichidem.bodies import Bodies
+from taichidem.effects.probe import ProbeScale, between
 from taichidem.errors import InputError
 from taichidem.materials import MaterialPair
 
@@ -133,6 +134,11 @@ class Effect:
     similarity: ClassVar[Similarity | None] = None  # what coarse graining keeps
     visible_as: ClassVar[str] = ""  # what a person sees when it is strong
     source: ClassVar[str] = ""
+    # As a hypothesis: what grows with its strength, the first of which measures it (by default all that `strongest` gives
+    # and that has a vanishing value); whether a negative strength has a meaning; whether it acts wholly or not at all.
+    grows: ClassVar[tuple[str, ...]] = ()
+    two_sided: ClassVar[bool] = False
+    all_or_nothing: ClassVar[bool] = False
 
     def __init__(self, **values: "float | PairValues") -> None:
         known = {p.name: p for p in self.parameters}
@@ -202,6 +208,40 @@ class Effect:
     def vanished(self) -> "Effect":
         """Return a copy that does nothing: every parameter with a vanishing value at it, the others as they are."""
         return self.with_values(**{p.name: p.vanishing for p in self.parameters if p.vanishing is not None})
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return values with which nobody would overlook the effect; by default the far ends of the plausible ranges.
+
+        Args:
+            scale: the grain and the tests; what competes with weight or stiffness is measured against theirs.
+        """
+        return {
+            p.name: max(p.plausible, key=lambda value, p=p: abs(value - p.vanishing))  # type: ignore[misc]
+            for p in cls.parameters
+            if p.vanishing is not None and p.default != p.vanishing
+        }
+
+    @classmethod
+    def growing(cls, scale: ProbeScale) -> tuple[str, ...]:
+        """Return the parameters that grow with the strength; the first one measures it."""
+        vanishing = {p.name for p in cls.parameters if p.vanishing is not None}
+        return cls.grows or tuple(name for name in cls.strongest(scale) if name in vanishing)
+
+    @classmethod
+    def at_strength(cls, share: float, scale: ProbeScale, present: "Sequence[Effect]") -> "Effect":
+        """Return the effect at a share of its strongest setting, p = p₀ + share (p₁ − p₀), p₀ where it vanishes.
+
+        Args:
+            share: 0 where it does nothing, 1 at the strongest; negative only for a `two_sided` effect.
+            scale: the grain and the tests.
+            present: effects of the model that it joins, some of which may lend it values.
+        """
+        start = {p.name: p.vanishing for p in cls.parameters}
+        values = cls.strongest(scale)
+        for name in cls.growing(scale):
+            values[name] = between(start[name], values[name], share)  # type: ignore[arg-type]
+        return cls(**values)
 
     @property
     def composition(self) -> tuple:

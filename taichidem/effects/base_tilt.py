@@ -1,11 +1,13 @@
 """An apparatus that stands out of level."""
 
 import math
-from typing import ClassVar
+from collections.abc import Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 
-from taichidem.effects.base import Parameter, SetupEffect
+from taichidem.effects.base import Effect, Parameter, SetupEffect
+from taichidem.effects.probe import ProbeScale
 
 
 class BaseTilt(SetupEffect):
@@ -42,8 +44,19 @@ class BaseTilt(SetupEffect):
             meaning="Horizontal direction towards which things lean, from x towards y.",
         ),
     )
+    two_sided: ClassVar[bool] = True
     visible_as: ClassVar[str] = "slopes on one side steeper, on the other flatter; averaged heaps stay as they are"
     source: ClassVar[str] = "rigid rotation of the field of gravity"
+
+    @classmethod
+    def at_strength(cls, share: float, scale: ProbeScale, present: Sequence[Effect]) -> Effect:
+        """Return a lean towards +x for a positive share, towards −x for a negative one."""
+        return cls(angle=abs(share) * cls.strongest(scale)["angle"], azimuth=0.0 if share >= 0 else 180.0)
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return 3°, which nobody would overlook."""
+        return {"angle": 3.0}
 
     def gravity(self, gravity: np.ndarray) -> np.ndarray:
         angle, azimuth = math.radians(self.value("angle")), math.radians(self.value("azimuth"))

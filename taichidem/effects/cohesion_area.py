@@ -1,12 +1,13 @@
 """Cohesion in proportion to the area in which two grains intersect."""
 
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import UNDER_WEIGHT, ContactEffect, Parameter, Similarity, Stage
+from taichidem.effects.probe import ProbeScale
 
 
 class CohesionArea(ContactEffect):
@@ -50,6 +51,16 @@ class CohesionArea(ContactEffect):
     source: ClassVar[str] = (
         "Kloss, Goniva, Hager, Amberger & Pirker (2012), doi 10.1504/PCFD.2012.047457 (the law of LIGGGHTS' cohesion model SJKR)"
     )
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return k at which two grains that four weights press together attract each other as much; as hard at walls.
+
+        k = F/A,  A = π R δ(F) between grains, twice that at a wall
+        """
+        load = 4 * scale.weight
+        k = load / (math.pi * scale.radius * scale.loaded_overlap(load))
+        return {"energy_density": scale.between_grains_and_at_walls(k, k / 2)}
 
     @ti.func
     def wrench(self, p, c: ti.template(), m: ti.template()):

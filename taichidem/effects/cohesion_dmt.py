@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import UNDER_WEIGHT, ContactEffect, Parameter, Similarity, Stage
+from taichidem.effects.probe import ProbeScale
 from taichidem.materials import MaterialPair
 
 
@@ -49,6 +50,12 @@ class CohesionDmt(ContactEffect):
     visible_as: ClassVar[str] = "grains that cling to each other and to walls, the smaller the more"
     similarity: ClassVar[Similarity] = Similarity("pull-off force over weight", *UNDER_WEIGHT)
     source: ClassVar[str] = "Derjaguin, Muller & Toporov (1975), doi 10.1016/0021-9797(75)90018-1"
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return w with a pull-off 2 π w R* of one and a half weights, between grains as at walls."""
+        w = 1.5 * scale.weight / (2 * math.pi * scale.radius / 2)
+        return {"work_of_adhesion": scale.between_grains_and_at_walls(w, w / 2)}
 
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
         """Return 2 π w [N/m]."""

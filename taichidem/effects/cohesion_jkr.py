@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import UNDER_WEIGHT, ContactEffect, Memory, Parameter, Similarity, Stage
+from taichidem.effects.probe import ProbeScale
 from taichidem.materials import MaterialPair
 
 FOLD = (1 / 6) ** (1 / 3)  # y = √(a/a0) where the contact gives way under controlled displacement
@@ -100,6 +101,12 @@ class CohesionJkr(ContactEffect):
         "Johnson, Kendall & Roberts (1971), doi 10.1098/rspa.1971.0141; friction: Thornton & Yin (1991), "
         "doi 10.1016/0032-5910(91)80178-L"
     )
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return w with a pull-off 3/2 π w R* of one and a half weights, between grains as at walls."""
+        w = 1.5 * scale.weight / (1.5 * math.pi * scale.radius / 2)
+        return {"work_of_adhesion": scale.between_grains_and_at_walls(w, w / 2)}
 
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
         """Return F_c/R* = 1.5 π w [N/m], a0³/R*² = 9 π w/(2 E*) [m] and 4/3 E* [Pa]."""

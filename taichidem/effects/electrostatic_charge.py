@@ -1,14 +1,17 @@
 """Grains charged alike, which repel each other and are drawn to conducting walls by their images."""
 
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import taichi as ti
 from scipy.constants import epsilon_0
 
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import ContactEffect, Parameter, Similarity, Stage
+from taichidem.effects.probe import ProbeScale
 from taichidem.materials import MaterialPair
+
+BREAKDOWN = 2.7e-5  # [C/m²] at which air breaks down at a flat surface, ε₀ times 3 MV/m
 
 
 class ElectrostaticCharge(ContactEffect):
@@ -40,7 +43,7 @@ class ElectrostaticCharge(ContactEffect):
             unit="C/m^2",
             low=0.0,
             high=1e-2,
-            plausible=(0.0, 2e-5),  # air breaks down at a flat surface of 2.7e-5
+            plausible=(0.0, 2e-5),  # below BREAKDOWN
             vanishing=0.0,
             per_pair=False,
             coarse_graining=1 / 2,  # σ² R⁴/r² ∝ s³, as the weight, where r ∝ s
@@ -67,6 +70,12 @@ class ElectrostaticCharge(ContactEffect):
         "Matsusaka, Maruyama, Matsuyama & Ghadiri (2010), doi 10.1016/j.ces.2010.07.005; shifted force: Toxvaerd & Dyre "
         "(2011), doi 10.1063/1.3558787"
     )
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return σ with a repulsion π σ² R²/ε₀ of a third of a weight at touch, below the breakdown of air; cut off at R/3."""
+        density = math.sqrt(scale.weight / 3 * epsilon_0 / math.pi) / scale.radius
+        return {"surface_charge_density": min(density, BREAKDOWN), "cut_off": scale.radius / 3}
 
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
         """Return 4 π σ²/ε0 [N/m²] and the cut-off [m]."""

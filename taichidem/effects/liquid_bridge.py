@@ -1,13 +1,14 @@
 """Capillary bridges between wet grains, with the liquid they are made of."""
 
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import ContactEffect, Memory, Parameter, Similarity, Stage
+from taichidem.effects.probe import ProbeScale
 from taichidem.errors import InputError
 from taichidem.materials import MaterialPair
 
@@ -147,6 +148,7 @@ class LiquidBridge(ContactEffect):
         for name in ("volume", "rupture", "width", "pull", "steepness", "slope", "curvature")
     )
     coefficients: ClassVar[tuple[str, ...]] = ("tension", "gift", "rupture", "viscous", "smallest_gap", *_TERMS)
+    grows: ClassVar[tuple[str, ...]] = ("surface_tension",)
     carries: ClassVar[str] = "liquid [m^3]"
     visible_as: ClassVar[str] = "steep heaps and lumps of wet grains that hold together across small gaps"
     similarity: ClassVar[Similarity] = Similarity(
@@ -180,6 +182,12 @@ class LiquidBridge(ContactEffect):
     def _largest_volume(self) -> float:
         """Return V* of a bridge between equal grains, to which both have given in full."""
         return 2 * self._gift()
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return 1 % of liquid with a pull 2 π R γ of three quarters of a weight at a wall, half of that between grains."""
+        tension = 0.75 * scale.weight / (2 * math.pi * scale.radius)
+        return {"surface_tension": tension, "liquid_fraction": 0.01}
 
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
         """Return 2πγ [N/m], a gift over R³ [1], 1 + θ/2, 6πη [Pa s], ε [1] and the polynomials of θ in f₁ … f₄."""

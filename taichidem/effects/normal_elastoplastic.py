@@ -1,12 +1,14 @@
 """Spheres that yield: elastic up to a limiting contact pressure, then plastic, with a memory of the largest overlap."""
 
 import math
-from typing import ClassVar
+from collections.abc import Sequence
+from typing import Any, ClassVar
 
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
-from taichidem.effects.base import IN_COLLISION, ContactEffect, Memory, Parameter, Similarity, Stage
+from taichidem.effects.base import IN_COLLISION, ContactEffect, Effect, Memory, Parameter, Similarity, Stage
+from taichidem.effects.probe import ProbeScale
 from taichidem.effects.normal_hertz import damping_ratio_attractive, damping_ratio_clipped
 from taichidem.materials import MaterialPair
 
@@ -78,6 +80,17 @@ class NormalElastoplastic(ContactEffect):
     def __init__(self, attraction: bool = True, **values) -> None:  # type: ignore[no-untyped-def]
         super().__init__(**values)
         self.attraction = attraction
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return E*/p_y = 50, at which impacts of some decimetres per second leave flats."""
+        return {"modulus_over_yield_pressure": 50.0}
+
+    @classmethod
+    def at_strength(cls, share: float, scale: ProbeScale, present: Sequence[Effect]) -> Effect:
+        """Return the effect with the restitution of the law that it replaces, for impacts that don't yield."""
+        replaced = next((effect.values for effect in present if effect.family == cls.family), {})
+        return super().at_strength(share, scale, present).with_values(restitution=replaced.get("restitution", 1.0))
 
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
         """Return 4/3 E* [Pa], δ_y/R* [1], π p_y [Pa] and 2 √(5/6) β √(2 E*) [√Pa]."""

@@ -1,14 +1,33 @@
 """Spheres of a viscoelastic material pressed together: restitution falls with speed."""
 
-from typing import ClassVar
+from collections.abc import Sequence
+from typing import Any, ClassVar
 
 import taichi as ti
+from scipy.optimize import brentq
 
 from taichidem.contact import Wrench, vec3
-from taichidem.effects.base import IN_COLLISION, ContactEffect, Parameter, Similarity, Stage
+from taichidem.effects.base import IN_COLLISION, ContactEffect, Effect, Parameter, Similarity, Stage
+from taichidem.effects.probe import ProbeScale
 from taichidem.materials import MaterialPair
 
 SHARE = 1.5  # the elastic force is ∝ δ^1.5; its slope times A is the damping
+
+LEAST_RESTITUTION = 0.1  # for which a dissipation time is looked for
+
+
+def restitution(x: float) -> float:
+    """Return the restitution at x = 1.5 A (4/3 E* √R*/m*)^(2/5) V^(1/5), by the Padé formula of Müller & Pöschel (2011)."""
+    v = x**0.5
+    return (1 + 0.501086 * v) / (1 + 0.501086 * v + 1.15345 * x + 0.577977 * v**3 + 0.532178 * x**2)
+
+
+def dissipation_time(e: float, pair: MaterialPair, mass: float, radius: float, speed: float) -> float:
+    """Return the A [s] with which an impact of reduced mass [kg] and radius [m] at a speed [m/s] has the restitution e."""
+    if e >= 1.0:
+        return 0.0
+    x = brentq(lambda x: restitution(x) - max(e, LEAST_RESTITUTION), 0.0, 1e3)
+    return x / (SHARE * (4 / 3 * pair.youngs_modulus * radius**0.5 / mass) ** 0.4 * speed**0.2)
 
 
 class NormalViscoelastic(ContactEffect):
@@ -44,6 +63,7 @@ class NormalViscoelastic(ContactEffect):
     )
     coefficients: ClassVar[tuple[str, ...]] = ("stiffness", "damping_time")
     conservative: ClassVar[bool] = True
+    all_or_nothing: ClassVar[bool] = True
     visible_as: ClassVar[str] = "fast impacts bounce relatively less than gentle ones"
     similarity: ClassVar[Similarity] = Similarity(
         "overlap over radius, and restitution at each speed, in a collision", *IN_COLLISION
@@ -56,6 +76,22 @@ class NormalViscoelastic(ContactEffect):
     def __init__(self, attraction: bool = True, **values) -> None:  # type: ignore[no-untyped-def]
         super().__init__(**values)
         self.attraction = attraction
+
+    @classmethod
+    def at_strength(cls, share: float, scale: ProbeScale, present: Sequence[Effect]) -> Effect:
+        """Return the law with which impacts at the tests' speed keep the restitution of the law that it replaces."""
+        replaced = next((e for e in present if e.family == cls.family and "restitution" in e.values), None)
+        if replaced is None:
+            return super().at_strength(share, scale, present)
+        mass = scale.weight / scale.gravity
+        times: dict[str, Any] = {}
+        for other in scale.materials:
+            pair = MaterialPair(scale.materials[0], other)
+            half = 2 if other is scale.materials[0] else 1  # two grains have half the mass and radius of one at a wall
+            e = replaced.value("restitution", pair)
+            time = dissipation_time(e, pair, mass / half, scale.radius / half, scale.speed)
+            times[f"{pair.first.name}-{other.name}"] = share * time
+        return cls(dissipation_time=times)
 
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
         """Return stiffness 4/3 E* [Pa] and 1.5 A [s]."""

@@ -1,11 +1,12 @@
 """Rolling resistance as a couple of constant size against the relative rotation."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import UNDER_WEIGHT, ContactEffect, Parameter, Similarity, Stage
+from taichidem.effects.probe import ProbeScale
 
 
 class RollingConstantTorque(ContactEffect):
@@ -41,6 +42,11 @@ class RollingConstantTorque(ContactEffect):
     visible_as: ClassVar[str] = "steeper heaps and drums, grains that stop rolling on the flat"
     similarity: ClassVar[Similarity] = Similarity("rolling couple over weight times radius", *UNDER_WEIGHT)
     source: ClassVar[str] = "Ai, Chen, Rotter & Ooi (2011), doi 10.1016/j.powtec.2010.09.030, model A"
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return μ_r = 0.2, at which spheres roll hardly better than angular grains."""
+        return {"rolling_friction": 0.2}
 
     @ti.func
     def wrench(self, p, c: ti.template(), m: ti.template()):

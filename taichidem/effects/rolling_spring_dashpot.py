@@ -1,11 +1,12 @@
 """Rolling resistance as a spring and a dashpot with a cap, so that grains come to rest."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import UNDER_WEIGHT, ContactEffect, Memory, Parameter, Similarity, Stage
+from taichidem.effects.probe import ProbeScale
 from taichidem.materials import MaterialPair
 
 
@@ -52,6 +53,11 @@ class RollingSpringDashpot(ContactEffect):
     visible_as: ClassVar[str] = "steeper heaps that stand still; balls rest on gentle slopes"
     similarity: ClassVar[Similarity] = Similarity("rolling couple over weight times radius", *UNDER_WEIGHT)
     source: ClassVar[str] = "Ai, Chen, Rotter & Ooi (2011), doi 10.1016/j.powtec.2010.09.030, model C"
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return μ_r = 0.2, at which spheres roll hardly better than angular grains."""
+        return {"rolling_friction": 0.2}
 
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
         """Return μ_r [1] and η_r [1]."""

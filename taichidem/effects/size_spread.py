@@ -1,10 +1,11 @@
 """Grains of several sizes."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from taichidem.effects.base import Parameter, SetupEffect
+from taichidem.effects.probe import ProbeScale
 
 CLASSES = 5
 
@@ -35,6 +36,11 @@ class SizeSpread(SetupEffect):
     )
     visible_as: ClassVar[str] = "a denser packing at nearly the same angles"
     source: ClassVar[str] = "five evenly spaced classes of equal number and given mean volume"
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return radii of ±35 %."""
+        return {"half_width": 0.35}
 
     def relative_sizes(self) -> tuple[float, ...]:
         half_width = self.value("half_width")

@@ -1,12 +1,13 @@
 """Grains that stick to the apparatus, but not to each other."""
 
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import taichi as ti
 
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import UNDER_WEIGHT, ContactEffect, Parameter, Similarity, Stage
+from taichidem.effects.probe import ProbeScale
 from taichidem.materials import MaterialPair
 
 
@@ -47,6 +48,11 @@ class WallAdhesion(ContactEffect):
     visible_as: ClassVar[str] = "grains that hang on the walls, a layer that stays behind when a cylinder is lifted"
     similarity: ClassVar[Similarity] = Similarity("pull-off force over weight", *UNDER_WEIGHT)
     source: ClassVar[str] = "Derjaguin, Muller & Toporov (1975), doi 10.1016/0021-9797(75)90018-1, sphere on a flat"
+
+    @classmethod
+    def strongest(cls, scale: ProbeScale) -> dict[str, Any]:
+        """Return w with a pull-off 2 π w R of one and a half weights."""
+        return {"work_of_adhesion": 1.5 * scale.weight / (2 * math.pi * scale.radius)}
 
     def kernel_coefficients(self, pair: MaterialPair) -> dict[str, float]:
         """Return 2 π w [N/m]."""

@@ -62,6 +62,9 @@ class Outcome:
     frames: tuple[Frame, ...] = ()
 
 
+GRAVITY = 9.81  # [m/s²] where a model has none
+
+
 def gravity_of(model: Model) -> float:
     """Return the size of the acceleration of free fall in a model [m/s²]."""
     fields = [[e.value(axis) for axis in "xyz"] for e in model.effects if isinstance(e, BodyGravity)]
@@ -91,6 +94,19 @@ class Experiment:
             self.settings: Any = self.settings_type(**settings)
         except ValidationError as error:
             raise InputError(_explain(self, error)) from None
+
+    @classmethod
+    def proposed(cls, diameter: float) -> tuple[dict[str, Any], dict[str, float]]:
+        """Return settings for grains of a diameter [m], and what each observable would be uncertain by, if it was measured.
+
+        Tests that cost little to simulate and to make in a laboratory propose themselves, as what one might measure next to
+        tell rival explanations apart. By default a test does not: both are empty.
+        """
+        return {}, {}
+
+    def typical_speed(self, model: Model) -> float:
+        """Return at what speed things move [m/s], to its order: by default that of a fall through ten diameters."""
+        return float(np.sqrt(2 * (gravity_of(model) or GRAVITY) * 10 * self.settings.diameter))
 
     def grain(self, model: Model) -> Grain:
         """Return the grains of the test, in the sizes that the model's set-up effects ask for."""

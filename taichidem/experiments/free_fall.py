@@ -12,7 +12,7 @@ from pydantic import model_validator
 
 from taichidem.bodies import Bodies
 from taichidem.errors import InputError
-from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, gravity_of
+from taichidem.experiments.base import GRAVITY, Experiment, GranularSettings, Observable, Settings, gravity_of
 from taichidem.procedure import Procedure, World, wait
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot
@@ -80,6 +80,11 @@ class FreeFall(Experiment):
             if math.isclose(time, wanted, rel_tol=SAME_TIME):
                 return observable.name
         raise InputError(f"height is given at time {given!r}; {allowed}. Add the time to the test's setting `time`.")
+
+    def typical_speed(self, model: Model) -> float:
+        """Return the speed of half the fall [m/s]."""
+        s = self.settings
+        return abs(s.release_speed) + 0.5 * (gravity_of(model) or GRAVITY) * max(s.time)
 
     def walls(self, model: Model) -> tuple[Wall, ...]:
         """Return the floor, if there is one."""

@@ -69,6 +69,15 @@ class LiftingCylinder(Experiment):
     settings_type: ClassVar[type[Settings]] = LiftingCylinderSettings
     shown_at: ClassVar[float] = 0.75
 
+    @classmethod
+    def proposed(cls, diameter: float) -> tuple[dict[str, Any], dict[str, float]]:
+        """Return the usual apparatus in proportion to the grains, its angle known to 0.7° from four repeats."""
+        scale = diameter / 0.006
+        sizes = {"cylinder_radius": 0.03, "plate_radius": 0.054, "rim_height": 0.006}
+        paces = {"settle_time": 0.7, "lift_speed": 0.05, "rest_time": 0.6}
+        settings = {k: v * scale for k, v in sizes.items()} | {k: v * scale**0.5 for k, v in paces.items()}
+        return settings, {"angle_of_repose": 0.7}
+
     def _rain_top(self) -> float:
         s = self.settings
         free = s.cylinder_radius - s.diameter

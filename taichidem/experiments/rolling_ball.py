@@ -42,6 +42,12 @@ class RollingBall(Experiment):
     )
     settings_type: ClassVar[type[Settings]] = RollingBallSettings
 
+    @classmethod
+    def proposed(cls, diameter: float) -> tuple[dict[str, Any], dict[str, float]]:
+        """Return a start at 0.1 m/s and 0.3 s for grains of 6 mm, read to 1 mm; other sizes in proportion."""
+        scale = diameter / 0.006
+        return {"speed": 0.1 * scale**0.5, "time": 0.3 * scale**0.5}, {"rolling_distance": 1.0 * scale}
+
     def walls(self, model: Model) -> tuple[Wall, ...]:
         """Return the plate z = 0."""
         s = self.settings

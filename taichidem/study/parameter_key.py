@@ -127,6 +127,26 @@ def with_values(model: Model, values: Mapping[str, Any]) -> Model:
     return Model(model.materials, [_rebuilt(e, held[e.name]) if e.name in changed else e for e in model.effects])
 
 
+def value_of(model: Model, key: ParameterKey) -> float:
+    """Return the number that a model holds for a key, in the parameter's unit.
+
+    Raises:
+        InputError: a key for all pairs whose values differ.
+    """
+    held = next(effect.values[key.parameter] for effect in model.effects if effect.name == key.effect)
+    if not isinstance(held, Mapping):
+        return held
+    pairs = {pair_name(*pair.split("-")): number for pair, number in held.items()}
+    if key.pair is not None:
+        return pairs[key.pair]
+    if len(set(pairs.values())) > 1:
+        raise InputError(
+            f"{key.name} is calibrated for all pairs at once, but its values differ: "
+            f"{', '.join(f'{pair} {number:g}' for pair, number in pairs.items())}. Calibrate each pair, as 'pair.{key.name}'."
+        )
+    return next(iter(pairs.values()))
+
+
 def _table(value: float | Mapping[str, float], pairs: Collection[str]) -> dict[str, float]:
     """Return a value per pair, pairs named in their one way."""
     if not isinstance(value, Mapping):

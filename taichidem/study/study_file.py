@@ -24,7 +24,7 @@ from taichidem.study.effect_section import (
 )
 from taichidem.study.experiment_section import StudyExperiment, check_scenes, read_experiments
 from taichidem.study.material_section import Particle, in_order, read_materials, read_particle
-from taichidem.study.parameter_key import all_pairs, pair_name, with_values
+from taichidem.study.parameter_key import all_pairs, pair_name, value_of, with_values
 from taichidem.study.problems import FileError, Problems
 
 if sys.version_info >= (3, 11):
@@ -35,6 +35,14 @@ else:
 SCHEMA = 1
 FILE = "study.toml"
 SECTIONS = ("schema", "title", "particle", "materials", "contacts", "effects", "calibrate", "experiments")
+
+
+@dataclass(frozen=True)
+class StudyPoint:
+    """A model and the experiments of a study, with every calibrated parameter at a value."""
+
+    model: Model
+    experiments: Mapping[str, Experiment]
 
 
 @dataclass(frozen=True)
@@ -71,6 +79,26 @@ class Study:
     def model_with(self, values: Mapping[str, Any]) -> Model:
         """Return the model with parameters changed; keys as under [calibrate] (see `with_values`)."""
         return with_values(self._model, values)
+
+    def at(self, values: Mapping[str, Any]) -> StudyPoint:
+        """Return model and experiments with parameters changed; keys as under [calibrate].
+
+        Raises:
+            InputError: a key that names nothing, or a value out of its bounds.
+        """
+        tests = {name: entry.experiment for name, entry in self.experiments.items()}
+        return StudyPoint(self.model_with(values), tests)
+
+    def believed(self, key: str) -> float:
+        """Return the number that the study holds for a key under [calibrate], in the unit of that entry.
+
+        Raises:
+            InputError: no such key, or one for all pairs whose values differ.
+        """
+        entry = next((c for c in self.calibrate if c.key == key), None)
+        if entry is None:
+            raise unknown_name(f"parameter under [calibrate] of {self.file.name}", key, [c.key for c in self.calibrate])
+        return value_of(self._model, entry.names)
 
     def experiment(self, name: str) -> Experiment:
         """Return an experiment with the particle's diameter and materials filled in.
