@@ -8,8 +8,8 @@ import taichi as ti
 
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import IN_COLLISION, ContactEffect, Effect, Memory, Parameter, Similarity, Stage
-from taichidem.effects.probe import ProbeScale
 from taichidem.effects.normal_hertz import damping_ratio_attractive, damping_ratio_clipped
+from taichidem.effects.probe import ProbeScale
 from taichidem.materials import MaterialPair
 
 NEVER = 1e9  # overlap over radius at which a contact yields that doesn't

@@ -65,7 +65,9 @@ def _edges(calibrate: Sequence[Calibration]) -> pd.DataFrame:
     if len(calibrate) >= 3:
         design = plugins.get("design", "definitive_screening")().generate(space, seed=DESIGN_SEED)
     else:
-        design = plugins.get("design", "central_composite")(face="faced", centre_points=0) if len(calibrate) == 2 else None
+        design = (
+            plugins.get("design", "central_composite")(face="faced", centre_points=0) if len(calibrate) == 2 else None
+        )
         if design is None:
             return pd.DataFrame({calibrate[0].key: [calibrate[0].low, calibrate[0].high]})
         design = design.generate(space, seed=DESIGN_SEED)

@@ -43,7 +43,10 @@ def row_runs(
 
 
 def response_table(
-    design: pd.DataFrame, rows: Sequence[Mapping[str, Run]], outcomes: pd.DataFrame, responses: Mapping[str, tuple[str, str]]
+    design: pd.DataFrame,
+    rows: Sequence[Mapping[str, Run]],
+    outcomes: pd.DataFrame,
+    responses: Mapping[str, tuple[str, str]],
 ) -> pd.DataFrame:
     """Return the design with a column per response, empty where the run failed.
 

@@ -1,0 +1,117 @@
+"""The search itself: re-calibrate, score every effect, refit with each, predict what was left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from analysis.missing_effect.fit import Fit, Simulator, at, fit
+from analysis.missing_effect.held_out import held_out_errors, root_mean_square
+from analysis.missing_effect.problem import Array, Problem
+from analysis.missing_effect.score import Scores, score_effects
+
+RIVAL = 6.0  # χ² by which an explanation may be worse than the best and still can't be told from it: odds of e³ = 20
+POWER = 0.8416  # standard normal quantile of 80 %
+PROMISING = 4  # pairs are looked for among these effects and all others
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A model with one effect more, or two, re-calibrated together with their strengths.
+
+    Attributes:
+        fit: the joint re-calibration.
+        held_out: standardised errors of predictions (m,), NaN where they were not made.
+    """
+
+    fit: Fit
+    held_out: Array
+
+    @cached_property
+    def held_out_error(self) -> float:
+        """Root mean square of the standardised errors of predictions."""
+        return root_mean_square(self.held_out)
+
+    @property
+    def effects(self) -> tuple[int, ...]:
+        """Numbers of the effects."""
+        return self.fit.effects
+
+
+@dataclass(frozen=True)
+class Search:
+    """What was found.
+
+    Attributes:
+        problem: what was asked.
+        believed: the model as it stood.
+        base: re-calibrated, nothing added.
+        scores: of every candidate.
+        trials: a joint refit per candidate, best first.
+        pairs: joint refits of two effects within reach of the best pair, best first; looked for where no single one fits.
+    """
+
+    problem: Problem
+    believed: Fit
+    base: Trial
+    scores: Scores
+    trials: tuple[Trial, ...]
+    pairs: tuple[Trial, ...]
+
+    @property
+    def best(self) -> Trial | None:
+        """The best single addition."""
+        return self.trials[0] if self.trials else None
+
+    @cached_property
+    def rivals(self) -> tuple[Trial, ...]:
+        """The best single addition and those that the data can't tell from it."""
+        return tuple(t for t in self.trials if t.fit.chi2 <= self.trials[0].fit.chi2 + RIVAL)
+
+    @cached_property
+    def detectable_share(self) -> Array:
+        """Share at which each effect would have been seen with 80 % probability (K,); infinite where never."""
+        with np.errstate(divide="ignore"):
+            return (self.scores.threshold + POWER) / self.scores.information
+
+
+def search(
+    problem: Problem, simulator: Simulator, *, draws: int = 2000, seed: int = 1, look_for_pairs: float = 0.02
+) -> Search:
+    """Return what the measurements say of every candidate.
+
+    Args:
+        problem: measurements, ranges, candidates.
+        simulator: the surrogate.
+        draws, seed: of the bootstrap.
+        look_for_pairs: p-value of the best single addition below which two at once are tried.
+    """
+    believed_x = problem.coded(np.array([p.believed for p in problem.parameters], float))
+    nothing = np.zeros(len(problem.candidates))
+    believed = at(problem, simulator, believed_x, nothing)
+    base = fit(problem, simulator)
+    scores = score_effects(base, simulator, draws, seed)
+    fits = {k: fit(problem, simulator, (k,), start=base) for k in range(len(problem.candidates))}
+    order = sorted(fits, key=lambda k: fits[k].chi2)
+    trials = tuple(_tried(fits[k], simulator) for k in order)
+    wanted = bool(trials) and base.p_value < look_for_pairs and trials[0].fit.p_value < look_for_pairs
+    pairs = _pairs(problem, simulator, fits, order) if wanted else ()
+    return Search(problem, believed, _tried(base, simulator), scores, trials, pairs)
+
+
+def _tried(found: Fit, simulator: Simulator) -> Trial:
+    return Trial(found, held_out_errors(found, simulator))
+
+
+def _pairs(problem: Problem, simulator: Simulator, singles: Mapping[int, Fit], order: list[int]) -> tuple[Trial, ...]:
+    """Return the best two effects at once and their rivals, each with one of the promising ones; effects add."""
+    found = []
+    for a, b in combinations(order, 2):
+        if order.index(a) < PROMISING:
+            found.append(fit(problem, simulator, (a, b), start=singles[a]))
+    found.sort(key=lambda f: f.chi2)
+    return tuple(_tried(f, simulator) for f in found if f.chi2 <= found[0].chi2 + RIVAL)
