@@ -1,6 +1,7 @@
 """Study folders and the store of their runs: read a study, run its experiments, keep every outcome."""
 
 from taichidem.study.campaign import Run, run_all, simulate
+from taichidem.study.comparison_rows import comparison_rows, measured_parameters
 from taichidem.study.measurements import read_measurements
 from taichidem.study.parameter_key import with_values
 from taichidem.study.problems import FileError
@@ -14,6 +15,8 @@ __all__ = [
     "RunStore",
     "StoredRun",
     "Study",
+    "comparison_rows",
+    "measured_parameters",
     "read_measurements",
     "read_study",
     "run_all",
