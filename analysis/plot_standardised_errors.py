@@ -45,8 +45,7 @@ def chart(report: Report) -> Figure:
     axes.set_ylim(len(rows) - 0.4, -0.6)
     _scale(axes, rows["z"].abs().max())
     _explain(axes, rows, measured)
-    heading = "Standardised errors: simulated − measured, over their joint uncertainty"
-    tidy(axes, heading, "z = (S − D) / u_val      ← too low in the model · too high →")
+    tidy(axes, "Simulated S against measured D", "← too low in the model      z = (S − D) / u_val      too high →")
     return figure
 
 
@@ -72,19 +71,7 @@ def _explain(axes: Axes, rows: pd.DataFrame, measured: pd.DataFrame) -> None:
         for colour, mark, face, text, there in marks
         if there
     ]
-    axes.legend(
-        handles=handles,
-        frameon=False,
-        fontsize=8,
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.2 / axes_height(axes)),
-        ncols=4,
-    )
-
-
-def axes_height(axes: Axes) -> float:
-    """Return how high the axes are, in units of the room that axis labels take."""
-    return max(float(axes.get_figure().get_figheight()) / 3.2, 0.5)  # type: ignore[union-attr]
+    axes.figure.legend(handles=handles, frameon=False, fontsize=8, loc="outside lower center", ncols=len(handles))
 
 
 def series_charts(report: Report) -> dict[str, Figure]:
