@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from analysis.familywise import holm
+from analysis.known_and_estimated import joint_degrees, two_sided
 from analysis.standardised_errors_text import trend_text
 
 FEWEST = 2  # different values of a condition; with known uncertainties two points make a line that can be judged
@@ -76,14 +76,12 @@ class Line:
     Args:
         slope: [unit of the error / unit of the condition].
         u_slope: its standard uncertainty.
-        degrees_of_freedom: of that, infinite where no scatter over seeds is in it.
         p: two-sided, of no slope at all.
-        low, high: the line's error at the lowest and highest condition.
+        low, high: the errors themselves at the lowest and highest condition, weighted means where there are several.
     """
 
     slope: float
     u_slope: float
-    degrees_of_freedom: float
     p: float
     low: float
     high: float
@@ -93,14 +91,12 @@ def weighted_line(x: Any, error: Any, u_val: Any, u_seeds: Any, n_seeds: Any) ->
     """Lay a straight line E = a + b x through errors, weights 1/u_val².
 
     b = Σ w (x − x̄) E / S with S = Σ w (x − x̄)², u_b = 1/√S: the uncertainties are taken as they are, not from the scatter
-    about the line. Its degrees of freedom after Welch and Satterthwaite, ν = u_b⁴ / Σ (c² u_S²)²/(n − 1) with c = ∂b/∂E.
+    about the line. In its p the part that seeds estimate, c u_S with c = ∂b/∂E, is Student's t (see `two_sided`).
 
     Args:
         x: condition, shape (n,), two different values or more.
         error, u_val: E and its standard uncertainty, shape (n,).
         u_seeds, n_seeds: the part of u_val that is the scatter of the mean over n seeds, shape (n,).
-
-    Source: JCGM 100:2008 (GUM), annex G, for the degrees of freedom.
     """
     x, error, u_val, u_seeds = (np.asarray(v, float) for v in (x, error, u_val, u_seeds))
     weights = u_val**-2.0
@@ -109,12 +105,11 @@ def weighted_line(x: Any, error: Any, u_val: Any, u_seeds: Any, n_seeds: Any) ->
     shares = weights * (x - middle) / spread
     slope, u_slope = float(shares @ error), 1.0 / math.sqrt(spread)
     freedom = np.maximum(np.asarray(n_seeds, float) - 1.0, 1.0)
-    scatter = float(np.sum((shares * u_seeds) ** 4 / freedom))
-    degrees = u_slope**4 / scatter if scatter > 0 else math.inf
-    p = float(2.0 * stats.t.sf(abs(slope) / u_slope, degrees))
-    mean = float(np.average(error, weights=weights))
-    low, high = (mean + slope * (end - middle) for end in (x.min(), x.max()))
-    return Line(slope, u_slope, degrees, p, float(low), float(high))
+    known = math.sqrt(float(np.sum(shares**2 * np.maximum(u_val**2 - u_seeds**2, 0.0))))
+    estimated = math.sqrt(float(np.sum((shares * u_seeds) ** 2)))
+    p = two_sided(slope, known, estimated, joint_degrees(shares * u_seeds, freedom))
+    low, high = (float(np.average(error[x == end], weights=weights[x == end])) for end in (x.min(), x.max()))
+    return Line(slope, u_slope, p, low, high)
 
 
 def trends_table(table: pd.DataFrame, rows: pd.DataFrame, series: Sequence[Series], alpha: float) -> pd.DataFrame:

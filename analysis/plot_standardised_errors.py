@@ -56,6 +56,9 @@ def _scale(axes: Axes, largest: float) -> None:
         axes.set_xscale("symlog", linthresh=LINEAR_UP_TO, linscale=1.2)
         ticks = [-100, -30, -10, -5, -2, 0, 2, 5, 10, 30, 100]
         axes.set_xticks(ticks, [str(tick).replace("-", "−") for tick in ticks])
+        note = f"logarithmic beyond {LINEAR_UP_TO:g}"
+        axes.annotate(note, (1, 1), xycoords="axes fraction", fontsize=8, color=GREY, ha="right", va="bottom")
+        largest *= 1.3  # as far from the frame as on a linear axis
     reach = 1.12 * max(largest, 2.6)
     axes.set_xlim(-reach, reach)
 

@@ -16,6 +16,7 @@ from analysis.comparison import SimulatedMean, compare
 from analysis.error_trends import series_of, trends_table
 from analysis.errors import AnalysisError
 from analysis.familywise import holm
+from analysis.known_and_estimated import normal_deviate, two_sided
 from analysis.report import Report
 from analysis.standardised_errors_text import advice, sentences
 from designs.space import FactorSpace
@@ -32,11 +33,11 @@ TEST, PARAMETER = "test", "parameter"
 class StandardisedErrors(Analyser):
     """Standardised errors z = (S − D)/u_val of all measurements, χ² = Σ z², which fail, and the conditions that E follows.
 
-    u_val² = u_D² + u_S², where u_S is the scatter of the mean over seeds. As few seeds estimate it badly, each p comes from
-    Student's t with the degrees of freedom of u_val after Welch and Satterthwaite, ν = (n − 1) (u_val/u_S)⁴; u_D is taken as
-    it is given. A row fails where its p, adjusted for the number of rows (Holm), is at most α. The p of χ² adds, in place of
-    each z², the square of the normal deviate that has z's own p, so that it is exact where u_S is small and not too small
-    elsewhere. A row with a single seed gets no p, unless it is exact.
+    u_val² = u_D² + u_S², where u_S is the scatter of the mean over n seeds. As few seeds estimate it badly, p is the chance
+    of |u_D N + u_S T| ≥ |E| with a normal variate N and Student's T with n − 1 degrees of freedom; u_D is taken as it is given.
+    A row fails where its p, adjusted for the number of rows (Holm), is at most α. The p of χ² adds, in place of each z², the
+    square of the normal deviate that has z's own p, so that it is exact where u_S is 0 and not too small elsewhere. A row with a
+    single seed gets no p, unless it is exact.
 
     Columns of the table: measured, u_measured, simulated, u_simulated (missing where one seed was run), n_seeds; and where
     wanted label, type, observable, unit, kind ("test", or "parameter" for one that was measured directly), exact (whether
@@ -46,8 +47,8 @@ class StandardisedErrors(Analyser):
     Args:
         alpha: chance of calling one row or more wrong while none is; the same for the trends.
 
-    Sources: terms of ASME V&V 20; degrees of freedom after JCGM 100:2008 (GUM), annex G; Holm, Scandinavian Journal of
-    Statistics 6 (1979) 65.
+    Sources: terms of ASME V&V 20; p after JCGM 101:2008 (GUM supplement 1); Holm, Scandinavian Journal of Statistics 6
+    (1979) 65.
     """
 
     alpha: float = 0.05
@@ -118,7 +119,7 @@ def _check_columns(table: pd.DataFrame, names: Sequence[str]) -> None:
 
 
 def errors_table(table: pd.DataFrame, alpha: float) -> pd.DataFrame:
-    """Return label, error, u_val, z, degrees of freedom, p, adjusted p and whether it fails, a row for each of the table.
+    """Return label, error, u_val, z, p, adjusted p and whether it fails, a row for each of the table.
 
     A row without a simulated value has none of these numbers. Tests and parameters are families of their own.
     """
@@ -134,43 +135,26 @@ def errors_table(table: pd.DataFrame, alpha: float) -> pd.DataFrame:
 def _error(row: dict[Any, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {"label": row["label"]}
     if not (row["n_seeds"] > 0 and math.isfinite(row["simulated"])):
-        return found | dict.fromkeys(("error", "u_val", "z", "degrees_of_freedom", "p"), math.nan)
+        return found | dict.fromkeys(("error", "u_val", "z", "p"), math.nan)
     known = bool(row["exact"]) or not math.isnan(row["u_simulated"])
     seeds = int(row["n_seeds"])
     scatter = (row["u_simulated"] if not math.isnan(row["u_simulated"]) else 0.0) if known else None
     mean = SimulatedMean(row["simulated"], scatter, seeds)
     result = compare(mean, row["measured"], row["u_measured"], quantity=row["label"], unit=row["unit"])
-    z = result.error / result.validation_uncertainty
+    p = two_sided(result.error, row["u_measured"], scatter or 0.0, max(seeds - 1, 1)) if known else math.nan
     return found | {
         "error": result.error,
         "u_val": result.validation_uncertainty,
-        "z": z,
-        "degrees_of_freedom": result.degrees_of_freedom,
-        "p": two_sided(z, result.degrees_of_freedom) if known else math.nan,
+        "z": result.error / result.validation_uncertainty,
+        "p": p,
     }
-
-
-def two_sided(z: float, degrees: float) -> float:
-    """Return the chance of |t| ≥ |z| with so many degrees of freedom, infinite ones allowed."""
-    return float(2.0 * (stats.norm.sf(abs(z)) if math.isinf(degrees) else stats.t.sf(abs(z), degrees)))
-
-
-def normal_deviate(z: float, degrees: float) -> float:
-    """Return the normal deviate > 0 that is as improbable as t = z with so many degrees of freedom."""
-    if math.isinf(degrees):
-        return abs(z)
-    p = two_sided(z, degrees)
-    if p > 1e-290:
-        return float(stats.norm.isf(p / 2.0))
-    # Too improbable to be computed: Wallace's approximation, Annals of Mathematical Statistics 30 (1959) 1124.
-    return math.sqrt(degrees * math.log1p(z**2 / degrees)) * (8 * degrees + 1) / (8 * degrees + 3)
 
 
 def chi_square(rows: pd.DataFrame) -> dict[str, float]:
     """Return χ² = Σ z², the number of its terms, and its p; nan for the p while that of a term isn't known."""
     there = rows[rows["z"].notna()]
-    z, degrees = there["z"].to_numpy(float), there["degrees_of_freedom"].to_numpy(float)
-    deviates = np.array([normal_deviate(a, b) for a, b in zip(z, degrees, strict=True)])
+    z, each = there["z"].to_numpy(float), there["p"].to_numpy(float)
+    deviates = np.array([normal_deviate(a, b) for a, b in zip(z, each, strict=True)])
     known = bool(there["p"].notna().all()) and len(there) > 0
     p = float(stats.chi2.sf(float(deviates @ deviates), len(there))) if known else math.nan
     return {"chi2": float(z @ z), "dof": len(there), "p_value": p}

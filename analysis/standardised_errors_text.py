@@ -121,7 +121,8 @@ def trend_text(trend: dict[str, Any], unit: str) -> str:
         change = f"{'grows' if abs(high) > abs(low) else 'shrinks'} with {name}"
     return (
         f"The error of {trend['observable']} {change}: from {quantity(low, unit)} at {quantity(first, condition_unit)} to "
-        f"{quantity(high, unit)} at {quantity(last, condition_unit)} (straight line, {probability(trend['adjusted_p'])})."
+        f"{quantity(high, unit)} at {quantity(last, condition_unit)} (straight line through all, "
+        f"{probability(trend['adjusted_p'])})."
     )
 
 

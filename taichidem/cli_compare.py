@@ -110,7 +110,7 @@ def _unit(row: Any) -> str:
 
 
 def _with_u(value: float, u: float) -> str:
-    return f"{value:.4g}" + (f" ± {u:.2g}" if math.isfinite(u) else "")
+    return f"{value:.4g}" + (f" ± {u:.2g}" if math.isfinite(u) and u > 0 else "")
 
 
 def _number(value: float, digits: int) -> str:

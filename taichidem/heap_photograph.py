@@ -138,6 +138,7 @@ def draw_pair(pair: HeapPair, name: str) -> Figure:
         axes.imshow(_stacked(pictures))
         axes.set_title(heading, fontsize=12, loc="left")
         axes.set_axis_off()
+        axes.set_anchor("N")
     figure.suptitle(f"{name}: angle of repose in pictures, measured alike", fontsize=13)
     return figure
 

@@ -51,25 +51,22 @@ def measure_heap(
         tilt_deg=0.0,
         channel_order="RGB",
     )
-    good, refusal = views, None
-    if fewest < len(views):
-        good, refusal = _shows_a_heap(views, settings)
-    if refusal is not None and len(good) < fewest:
-        raise refusal
-    return measure_repose_image([v.image for v in good], settings, [_name(v) for v in good])
+    try:
+        return _measured(views, settings)
+    except AnalysisError:
+        good = [view for view in views if _shows_a_heap(view, settings)]
+        if len(good) == len(views) or len(good) < fewest:
+            raise
+    return _measured(good, settings)
 
 
-def _shows_a_heap(views: Sequence[SideView], settings: ImageSettings) -> tuple[list[SideView], AnalysisError | None]:
-    """Return the views that can be measured, and why the first other can't."""
-    good, refusal = [], None
-    for view in views:
-        try:
-            measure_repose_image([view.image], settings, [_name(view)])
-            good.append(view)
-        except AnalysisError as error:
-            refusal = refusal or error
-    return good, refusal
+def _measured(views: Sequence[SideView], settings: ImageSettings) -> ReposeImageReport:
+    return measure_repose_image([v.image for v in views], settings, [f"{v.azimuth_deg:.0f}°" for v in views])
 
 
-def _name(view: SideView) -> str:
-    return f"{view.azimuth_deg:.0f}°"
+def _shows_a_heap(view: SideView, settings: ImageSettings) -> bool:
+    try:
+        _measured([view], settings)
+    except AnalysisError:
+        return False
+    return True
