@@ -27,6 +27,7 @@ BUILT_IN: dict[str, str] = {
     "optimise": "analysis.optimise:Optimise",
     "property_statistics": "analysis.property_statistics:PropertyStatistics",
     "bulk_density": "analysis.bulk_density:BulkDensity",
+    "standardised_errors": "analysis.standardised_errors:StandardisedErrors",
 }
 
 _EXPORTS = {target.partition(":")[2]: target for target in BUILT_IN.values()} | {

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+MEMORY = 300.0  # [s] of progress from which the time left is estimated; batches of a campaign differ much in speed
+
 
 @contextmanager
 def progress(quiet: bool = False) -> Iterator[Callable[[str, float], None]]:
@@ -20,6 +22,7 @@ def progress(quiet: bool = False) -> Iterator[Callable[[str, float], None]]:
         TimeRemainingColumn(),
         console=Console(stderr=True),
         disable=quiet,
+        speed_estimate_period=MEMORY,
     )
     tasks: dict[str, int] = {}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,7 +59,7 @@ def simulate_study(
     names = None if experiments is None else [name.strip() for name in experiments.split(",") if name.strip()]
     file = store or study.path / STORE
     runs = study_runs(study, names, seeds)  # before a store is made for experiments that don't exist
-    with RunStore(file) as opened, _told_when_stopped(runs, opened), progress(quiet=as_json) as report:
+    with RunStore(file) as opened, told_when_stopped(runs, opened), progress(quiet=as_json) as report:
         report("simulating", 0.0)
         table = run_all(runs, opened, lambda share: report("simulating", share), retry_failed=retry_failed)
     summary = summarise(study, table, measured)
@@ -72,7 +72,7 @@ def simulate_study(
 
 
 @contextmanager
-def _told_when_stopped(runs: list[Run], store: RunStore) -> Iterator[None]:
+def told_when_stopped(runs: list[Run], store: RunStore) -> Iterator[None]:
     """Say on Ctrl-C how far a campaign came, and end with 130 as shells expect."""
     try:
         yield
@@ -118,7 +118,12 @@ def _print(study: Study, file: Path, table: pd.DataFrame, summary: pd.DataFrame)
     typer.echo(
         f"{len(table)} runs: {there} were in the store, {len(table) - there} simulated now; {len(failed)} failed. Store: {file}"
     )
-    for row in failed.head(MOST_REASONS).to_dict("records"):
+    print_failures(failed.to_dict("records"))
+
+
+def print_failures(failed: Sequence[Mapping[Any, Any]]) -> None:
+    """Say which runs failed and why, each a mapping with experiment, seed, reason and stored (whether it failed before)."""
+    for row in failed[:MOST_REASONS]:
         before = " (before; --retry-failed runs it again)" if row["stored"] else ""
         typer.echo(f"{row['experiment']}, seed {row['seed']} failed{before}: {row['reason']}")
     if len(failed) > MOST_REASONS:

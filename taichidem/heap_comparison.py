@@ -13,15 +13,15 @@ import numpy as np
 from analysis.comparison import ComparisonReport, compare
 from analysis.errors import AnalysisError
 from analysis.plots_repose import plot_profile
-from analysis.repose_image import ReposeImageReport, measure_repose_image
-from analysis.repose_image_settings import ImageSettings
+from analysis.repose_image import ReposeImageReport
 from taichidem import __version__
 from taichidem.errors import InputError, SimulationError
 from taichidem.experiments import FixedFunnel, Outcome
 from taichidem.graphics import require_graphics
+from taichidem.heap_views import measure_heap
 from taichidem.library import PAPER_HEAP
 from taichidem.output_vtk import write_grains, write_walls
-from taichidem.render import heap_picture, side_views
+from taichidem.render import heap_picture
 from taichidem.scene import Model
 
 # [deg], angle of repose of polypropylene as Sudsawat et al. (2023) print it, "30.18° ± 0.51°". They don't say what ± means;
@@ -31,8 +31,6 @@ NOT_COUNTED = (
     "u_val holds seed scatter, measurement, fit window and threshold. It holds no term for the time step and the softened "
     "stiffness (no shift beyond seed scatter is known), nor for the uncertainty of the model's own inputs."
 )
-AZIMUTHS = tuple(range(0, 180, 20))  # [deg], half a turn; the other half holds the same outlines mirrored
-PIXELS_PER_METRE = 8000.0
 
 Report = Callable[[str, float], None]
 
@@ -178,26 +176,7 @@ def picture_angle(experiment: FixedFunnel, outcome: Outcome) -> ReposeImageRepor
     """Measure the angle of one heap from side views all around it."""
     assert outcome.snapshot is not None
     s = experiment.settings
-    position, radius = heap_of(experiment, outcome)
-    reach = 1.15 * s.cup_radius
-    top = float((position[:, 2] + radius).max())
-    views = side_views(
-        position,
-        radius,
-        AZIMUTHS,
-        pixels_per_metre=PIXELS_PER_METRE,
-        extent=(reach, -0.1 * s.cup_radius, top + 0.25 * s.cup_radius),
-    )
-    settings = ImageSettings(
-        fit_from=s.fit_from,
-        fit_to=s.fit_to,
-        base_width_m=2 * s.cup_radius,
-        pixels_per_metre=PIXELS_PER_METRE,
-        axis_px=views[0].origin_px[0],
-        tilt_deg=0.0,
-        channel_order="RGB",
-    )
-    return measure_repose_image([v.image for v in views], settings, [f"{v.azimuth_deg:.0f}°" for v in views])
+    return measure_heap(*heap_of(experiment, outcome), s.cup_radius, s.fit_from, s.fit_to)
 
 
 def heap_of(experiment: FixedFunnel, outcome: Outcome) -> tuple[np.ndarray, np.ndarray]:

@@ -34,11 +34,21 @@ class GranularSettings(Settings):
 
 @dataclass(frozen=True)
 class Observable:
-    """A quantity that an experiment measures."""
+    """A quantity that an experiment measures.
+
+    Attributes:
+        name: under which outcomes hold it.
+        unit: of its values.
+        meaning: a sentence.
+        series: what it is one value of where an experiment reads the same quantity several times, such as height.
+        at: the setting that tells these values apart and what it is for this one, such as ("time", 0.5).
+    """
 
     name: str
     unit: str
     meaning: str
+    series: str = ""
+    at: tuple[str, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -79,6 +89,7 @@ class Experiment:
     imitates: ClassVar[str] = ""  # the real instrument or standard
     observables: tuple[Observable, ...] = ()  # of an instance where they depend on its settings
     settings_type: ClassVar[type[Settings]] = Settings
+    random: ClassVar[bool] = True  # whether seeds differ; where not, one run knows the result without scatter
     view: ClassVar[tuple[float, float]] = (-60.0, 18.0)  # azimuth and elevation [deg] from which a picture is taken
     shown_at: ClassVar[float] = 1.0  # share of the test's frames at which a single picture tells most
     frame_interval: ClassVar[float] = (

@@ -54,6 +54,7 @@ class FreeFall(Experiment):
     name: ClassVar[str] = "free_fall"
     title: ClassVar[str] = "Fall of one ball"
     imitates: ClassVar[str] = "a ball dropped from a height and filmed beside a scale"
+    random: ClassVar[bool] = False
     settings_type: ClassVar[type[Settings]] = FreeFallSettings
 
     def __init__(self, **settings: Any) -> None:
@@ -61,7 +62,9 @@ class FreeFall(Experiment):
         times = self.settings.time
         names = {time: "height" if len(times) == 1 else f"height_at_{time:g}_s" for time in times}
         self.observables = tuple(
-            Observable(name, "m", f"Height of the ball's lowest point {time:g} s after release.")
+            Observable(
+                name, "m", f"Height of the ball's lowest point {time:g} s after release.", "height", ("time", time)
+            )
             for time, name in names.items()
         )
         if len(set(names.values())) < len(times):

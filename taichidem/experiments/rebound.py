@@ -40,6 +40,7 @@ class Rebound(Experiment):
     observables: tuple[Observable, ...] = (
         Observable("coefficient_of_restitution", "1", "Speed of rebound over speed of impact, away from the wall."),
     )
+    random: ClassVar[bool] = False
     settings_type: ClassVar[type[Settings]] = ReboundSettings
     frame_interval: ClassVar[float] = 5e-5  # a contact lasts a few tenths of a millisecond
 

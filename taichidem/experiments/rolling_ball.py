@@ -40,6 +40,7 @@ class RollingBall(Experiment):
     observables: tuple[Observable, ...] = (
         Observable("rolling_distance", "mm", "Way of the grain along the plate in the time given."),
     )
+    random: ClassVar[bool] = False
     settings_type: ClassVar[type[Settings]] = RollingBallSettings
 
     @classmethod

@@ -19,6 +19,7 @@ from taichidem.units import to_si
 
 FILE = "measurements.csv"
 COLUMNS = ("experiment", "observable", "value", "u", "unit", "n")
+PHOTOGRAPH = "photograph"  # pictures of what was measured, a file or several with ";" between: no condition of it
 
 
 def measurements_file(study: Study) -> Path:
@@ -145,7 +146,9 @@ def _observable(study: Study, line: str, row: dict[str, str], problems: Problems
     experiment = study.experiment(row["experiment"])
     made = {o.name: o for o in experiment.observables}
     try:
-        name = experiment.observable_at(row["observable"], {k: v for k, v in row.items() if k not in COLUMNS})
+        name = experiment.observable_at(
+            row["observable"], {k: v for k, v in row.items() if k not in (*COLUMNS, PHOTOGRAPH)}
+        )
         if name not in made:
             raise unknown_name(f"observable of {row['experiment']} ({experiment.name})", name, made)
     except InputError as error:
@@ -177,10 +180,10 @@ def _factor(unit: str, observable: Observable, line: str) -> float:
 
 
 def _note_repeats(table: list[tuple[int, dict[str, str]]], problems: Problems) -> None:
-    """Note rows that measure the same: same experiment, observable and condition (every further column)."""
+    """Note rows that measure the same: same experiment, observable and condition (every further column but the photograph)."""
     first: dict[tuple, int] = {}
     for line, row in table:
-        what = tuple(text for column, text in row.items() if column not in ("value", "u", "unit", "n"))
+        what = tuple(text for column, text in row.items() if column not in ("value", "u", "unit", "n", PHOTOGRAPH))
         if what in first:
             problems.add(
                 f"line {line}",
