@@ -7,6 +7,7 @@ import re
 import sys
 from fnmatch import fnmatch
 from html.parser import HTMLParser
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -145,7 +146,7 @@ def test_one_title_and_headings_in_order(full):
     levels = [int(tag[1]) for tag, _ in full.tags if re.fullmatch("h[1-6]", tag)]
     assert levels[0] == 1
     assert levels.count(1) == 1
-    assert all(b - a <= 1 for a, b in zip(levels, levels[1:], strict=False))
+    assert all(b - a <= 1 for a, b in pairwise(levels))
 
 
 def test_it_can_be_read_without_seeing(full):
@@ -329,7 +330,7 @@ def test_where_it_is_written(tmp_path):
     (folder / "results").rename(tmp_path / "elsewhere")
     assert write_report(folder, results=tmp_path / "elsewhere") == tmp_path / "elsewhere" / "report.html"
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="can't be written .* -o"):
+    with pytest.raises(InputError, match=r"can't be written .* -o"):
         write_report(folder, tmp_path / "file" / "page.html", results=tmp_path / "elsewhere")
 
 
