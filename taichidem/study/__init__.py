@@ -1,4 +1,4 @@
-"""Study folders and the store of their runs: read a study, run its experiments, keep every outcome."""
+"""Study folders and the store of their runs: read a study, run its experiments, keep every outcome, report what is known."""
 
 from taichidem.study.campaign import Run, run_all, simulate
 from taichidem.study.comparison import Comparison
@@ -7,6 +7,7 @@ from taichidem.study.comparison_run import check_measured, compare
 from taichidem.study.measurements import read_measurements
 from taichidem.study.parameter_key import with_values
 from taichidem.study.problems import FileError
+from taichidem.study.report import write_report
 from taichidem.study.run_store import RunStore, StoredRun
 from taichidem.study.study_file import Study, read_study
 from taichidem.study.summary import summarise
@@ -28,4 +29,5 @@ __all__ = [
     "simulate",
     "summarise",
     "with_values",
+    "write_report",
 ]
