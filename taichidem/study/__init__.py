@@ -2,6 +2,7 @@
 
 from taichidem.study.calibrate_section import Calibration
 from taichidem.study.campaign import Run, run_all, simulate
+from taichidem.study.init_study import init_study
 from taichidem.study.measurements import read_measurements
 from taichidem.study.parameter_key import ParameterKey, with_values
 from taichidem.study.problems import FileError
@@ -21,6 +22,7 @@ __all__ = [
     "StoredRun",
     "Study",
     "StudyPoint",
+    "init_study",
     "read_measurements",
     "read_study",
     "run_all",
