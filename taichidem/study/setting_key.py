@@ -87,7 +87,7 @@ def parse_setting(text: str, experiments: Experiments) -> SettingKey:
     if name not in experiments:
         raise unknown_name("experiment", name, experiments)
     experiment = experiments[name]
-    movable = [field for field in experiment.settings_type.model_fields if _is_number(experiment, field)]
+    movable = movable_settings(experiment)
     if setting not in experiment.settings_type.model_fields:
         raise unknown_name(f"setting of {name} ({experiment.name})", setting, movable)
     if setting not in movable:
@@ -98,6 +98,11 @@ def parse_setting(text: str, experiments: Experiments) -> SettingKey:
     if getattr(experiment.settings, setting) is None:
         raise InputError(f"{text} has no value to start from; give {setting} in [experiments.{name}].")
     return SettingKey(name, setting)
+
+
+def movable_settings(experiment: Experiment) -> list[str]:
+    """Return the names of the settings that are single real numbers."""
+    return [name for name in experiment.settings_type.model_fields if _is_number(experiment, name)]
 
 
 def _is_number(experiment: Experiment, setting: str) -> bool:
