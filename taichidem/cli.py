@@ -15,7 +15,7 @@ from rich.table import Table
 
 from analysis.errors import AnalysisError
 from designs.errors import DesignError
-from taichidem import __version__, cli_compare, cli_designs, cli_report, cli_simulate
+from taichidem import __version__, cli_compare, cli_designs, cli_init, cli_report, cli_simulate
 from taichidem.cli_progress import progress
 from taichidem.errors import TaichidemError
 
@@ -26,6 +26,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+cli_init.register(app)
 cli_simulate.register(app)
 cli_compare.register(app)
 cli_designs.register(app)

@@ -52,10 +52,11 @@ def simulate_study(
     """Run a study and print mean and scatter of every observable, beside what was measured."""
     from taichidem.study import RunStore, read_measurements, read_study, summarise
     from taichidem.study.campaign import STORE, run_all, study_runs
-    from taichidem.study.measurements import measurements_file
+    from taichidem.study.measurements import is_not_filled_in, measurements_file
 
     study = read_study(path)
-    measured = read_measurements(study) if measurements_file(study).exists() else None
+    there = measurements_file(study).exists() and not is_not_filled_in(study)
+    measured = read_measurements(study) if there else None
     names = None if experiments is None else [name.strip() for name in experiments.split(",") if name.strip()]
     file = store or study.path / STORE
     runs = study_runs(study, names, seeds)  # before a store is made for experiments that don't exist

@@ -1,6 +1,7 @@
 """Physical effects, one per file: import it here and it is a force, a factor and a hypothesis."""
 
 from taichidem.effects.air_drag import AirDrag
+from taichidem.effects.air_drag_linear import AirDragLinear
 from taichidem.effects.base_tilt import BaseTilt
 from taichidem.effects.body_gravity import BodyGravity
 from taichidem.effects.cohesion_area import CohesionArea
@@ -30,6 +31,7 @@ BUILT_IN = {
         RollingSpringDashpot,
         BodyGravity,
         AirDrag,
+        AirDragLinear,
         CohesionArea,
         CohesionDmt,
         CohesionJkr,
@@ -46,6 +48,7 @@ BUILT_IN = {
 __all__ = [
     "BUILT_IN",
     "AirDrag",
+    "AirDragLinear",
     "BaseTilt",
     "BodyGravity",
     "CohesionArea",

@@ -209,19 +209,7 @@ class Experiment:
             )
         if not all(isinstance(seed, (int, np.integer)) and seed >= 0 for seed in seeds):
             raise InputError(f"seeds are {list(seeds)!r}; give whole numbers from 0.")
-        jobs = [(part, m, seed) for m, seed in zip(models, seeds, strict=True) for part in self.parts()]
-        simulation = Simulation([part.scene(m) for part, m, _ in jobs], schedule)
-        worlds = [World(simulation, k, np.random.default_rng(seed)) for k, (_, _, seed) in enumerate(jobs)]
-        play(
-            simulation,
-            [part.procedure(w, m) for w, (part, m, _) in zip(worlds, jobs, strict=True)],
-            worlds,
-            report,
-            frames,
-        )
-        each = [part._outcome(world, seed) for world, (part, _, seed) in zip(worlds, jobs, strict=True)]
-        size = len(each) // len(seeds)
-        return [self.combine(each[k : k + size]) for k in range(0, len(each), size)]
+        return run_together([self] * len(seeds), models, seeds, schedule=schedule, report=report, frames=frames)
 
     def _outcome(self, world: World, seed: int) -> Outcome:
         failure = world.failure or world.simulation.failure(world.number)
@@ -234,6 +222,32 @@ class Experiment:
         except (TaichidemError, ValueError) as error:
             return Outcome({}, seed, f"The end state can't be measured: {error}", snapshot, frames=frames)
         return Outcome(observables, seed, None, snapshot, details, frames)
+
+
+def run_together(
+    experiments: Sequence[Experiment],
+    models: Sequence[Model],
+    seeds: Sequence[int],
+    *,
+    schedule: str = "worlds",
+    report: Callable[[float], None] | None = None,
+    frames: float | None = None,
+) -> list[Outcome]:
+    """Run one world per experiment, model and seed, all of them side by side, and measure them.
+
+    Args:
+        experiments: of one type, which may differ in their settings.
+        models: one per experiment, of one composition of effects.
+        seeds: one per experiment.
+        schedule, report, frames: as for `Experiment.run`.
+    """
+    jobs = [(p, m, seed) for e, m, seed in zip(experiments, models, seeds, strict=True) for p in e.parts()]
+    simulation = Simulation([part.scene(m) for part, m, _ in jobs], schedule)
+    worlds = [World(simulation, k, np.random.default_rng(seed)) for k, (_, _, seed) in enumerate(jobs)]
+    procedures = [part.procedure(w, m) for w, (part, m, _) in zip(worlds, jobs, strict=True)]
+    play(simulation, procedures, worlds, report, frames)
+    each = iter([part._outcome(world, seed) for world, (part, _, seed) in zip(worlds, jobs, strict=True)])
+    return [e.combine([next(each) for _ in e.parts()]) for e in experiments]
 
 
 def _explain(experiment: Experiment, error: ValidationError) -> str:

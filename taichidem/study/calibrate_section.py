@@ -2,53 +2,107 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from taichidem.study.parameter_key import Composition, ParameterKey, parse_key
+from taichidem.errors import InputError
+from taichidem.scene import Model
+from taichidem.study.parameter_key import Composition
 from taichidem.study.problems import Problems
+from taichidem.study.setting_key import Experiments, Key, SettingKey, parse_any_key, unit_of_setting, with_settings
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """A parameter that may be re-calibrated.
+    """A number that may be re-calibrated: a parameter of an effect, or a setting of one experiment.
 
     Attributes:
         key: as the file writes it.
-        names: the effect, parameter and pair it means.
+        names: what it means: a ParameterKey (effect, parameter and pair) or a SettingKey (experiment and setting).
         low, high: range that is believed, in `unit`.
         value, u: what a direct measurement gave, with its standard uncertainty, or None.
         unit: of all these numbers.
     """
 
     key: str
-    names: ParameterKey
+    names: Key
     low: float
     high: float
     value: float | None
     u: float | None
     unit: str
 
+    @property
+    def is_setting(self) -> bool:
+        """Whether it is a setting of one experiment, which changes that experiment and not the model."""
+        return isinstance(self.names, SettingKey)
+
+
+@dataclass(frozen=True)
+class _Target:
+    """What a key means, in which unit it is given, and what refuses a number that is out of its bounds."""
+
+    names: Key
+    unit: str
+    check: Callable[[float], object]
+
 
 def read_calibrations(
-    document: Mapping[str, Any], effects: Composition, pairs: Collection[str], problems: Problems
+    document: Mapping[str, Any],
+    effects: Composition,
+    pairs: Collection[str],
+    experiments: Experiments,
+    problems: Problems,
 ) -> tuple[Calibration, ...]:
-    """Return the entries that are in order; what is wrong with the others is noted."""
+    """Return the entries that are in order; what is wrong with the others is noted.
+
+    Args:
+        document: the study file.
+        effects, pairs: of the model.
+        experiments: those of the study that are in order.
+        problems: where to note.
+    """
+    faulty = set(problems.table(document, "experiments")) - set(experiments)
     found: list[Calibration] = []
     for text, table in _entries(problems.table(document, "calibrate")).items():
         path = f"calibrate.{text}"
-        names = None
-        with problems.catching(path):
-            names = parse_key(text, effects, pairs)
-        entry = _read_range(path, table, names, effects, problems)
-        if names is None or entry is None:
+        target = None
+        try:
+            target = _target(text, effects, pairs, experiments)
+        except InputError as error:
+            if text.rpartition(".")[0] not in faulty:  # what is wrong with that experiment is noted already
+                problems.add(path, str(error))
+        entry = _read_range(path, table, target, problems)
+        if target is None or entry is None:
             continue
         for other in found:
-            if names.overlaps(other.names):
+            if target.names.overlaps(other.names):
                 problems.add(path, f"it means the same number as calibrate.{other.key}. Leave one out.")
-        found.append(Calibration(text, names, **entry))
+        found.append(Calibration(text, target.names, **entry))
     return tuple(found)
+
+
+def _target(text: str, effects: Composition, pairs: Collection[str], experiments: Experiments) -> _Target:
+    names = parse_any_key(text, effects, pairs, experiments)
+    if isinstance(names, SettingKey):
+        experiment, setting = experiments[names.experiment], names.setting
+        unit = unit_of_setting(experiment, setting)
+        return _Target(names, unit, lambda number: with_settings(experiment, {setting: number}))
+    parameter = next(p for p in effects[names.effect].parameters if p.name == names.parameter)
+    return _Target(names, parameter.unit, lambda number: parameter.check(names.effect, "", number))
+
+
+def check_ends(
+    calibrations: Collection[Calibration], experiments: Experiments, model: Model, problems: Problems
+) -> None:
+    """Note what an experiment finds wrong with its own apparatus at either end of the range of a setting."""
+    for entry in calibrations:
+        if isinstance(entry.names, SettingKey):
+            experiment = experiments[entry.names.experiment]
+            for part in ("low", "high"):
+                with problems.catching(f"calibrate.{entry.key}.{part}"):
+                    with_settings(experiment, {entry.names.setting: getattr(entry, part)}).scene(model)
 
 
 def _entries(table: Mapping[str, Any], path: str = "") -> dict[str, Any]:
@@ -61,31 +115,26 @@ def _entries(table: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     return found
 
 
-def _read_range(
-    path: str, table: Any, names: ParameterKey | None, effects: Composition, problems: Problems
-) -> dict[str, Any] | None:
+def _read_range(path: str, table: Any, target: _Target | None, problems: Problems) -> dict[str, Any] | None:
     if not isinstance(table, Mapping):
         problems.add(path, f"{path} is {table!r}; write a table such as {{ low = 0.2, high = 0.8 }}.")
         return None
     before = len(problems.found)
     problems.refuse_others(table, ("low", "high", "value", "u"), path, "key")
-    parameter = None
-    if names is not None:
-        parameter = next(p for p in effects[names.effect].parameters if p.name == names.parameter)
     numbers: dict[str, float | None] = dict.fromkeys(("low", "high", "value", "u"))
     for part in numbers:
         if part not in table:
             if part in ("low", "high"):
                 problems.missing(f"{path}.{part}", "give both ends of the range that is believed.")
-        elif parameter is not None:
-            numbers[part] = problems.quantity(f"{path}.{part}", table[part], parameter.unit)
+        elif target is not None:
+            numbers[part] = problems.quantity(f"{path}.{part}", table[part], target.unit)
             if part != "u" and numbers[part] is not None:
                 with problems.catching(f"{path}.{part}"):
-                    parameter.check(names.effect, "", numbers[part])  # type: ignore[union-attr, arg-type]
+                    target.check(numbers[part])  # type: ignore[arg-type]
     _check_range(path, table, numbers, problems)
-    if len(problems.found) > before or parameter is None:
+    if len(problems.found) > before or target is None:
         return None
-    return numbers | {"unit": parameter.unit}
+    return numbers | {"unit": target.unit}
 
 
 def _check_range(path: str, table: Mapping[str, Any], numbers: Mapping[str, float | None], problems: Problems) -> None:

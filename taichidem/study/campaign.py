@@ -15,11 +15,12 @@ import pandas as pd
 
 from taichidem import runtime
 from taichidem.errors import CompositionError, EnvironmentProblem, InputError, TaichidemError
-from taichidem.experiments.base import Experiment, Outcome
+from taichidem.experiments.base import Experiment, Outcome, run_together
 from taichidem.physics_version import PHYSICS_VERSION
 from taichidem.scene import Model
 from taichidem.study.content_hash import canonical, canonical_json, experiment_as_dict, model_as_dict, run_key
 from taichidem.study.run_store import RunStore, StoredRun, as_table
+from taichidem.study.setting_key import movable_settings
 from taichidem.study.study_file import Study
 
 Report = Callable[[float], None]
@@ -48,8 +49,16 @@ class Run:
 
     @cached_property
     def group(self) -> tuple[str, frozenset]:
-        """What runs have in common that can share one call of the engine: the experiment and the effects' composition."""
-        return canonical_json(experiment_as_dict(self.experiment)), frozenset(e.composition for e in self.model.effects)
+        """What runs have in common that can share one call of the engine: the experiment and the effects' composition.
+
+        Tests that differ in a height or a speed share one too, unless their type runs in a way of its own.
+        """
+        effects = frozenset(e.composition for e in self.model.effects)
+        if type(self.experiment).run is not Experiment.run:
+            return canonical_json(experiment_as_dict(self.experiment)), effects
+        settings, moved = self.experiment.settings, movable_settings(self.experiment)
+        same = {name: getattr(settings, name) for name in type(settings).model_fields if name not in moved}
+        return canonical_json([self.experiment.name, same]), effects
 
 
 def run_all(
@@ -142,7 +151,7 @@ def execute(batch: Sequence[Run], report: Report | None = None) -> list[StoredRu
     """
     began = time.perf_counter()
     try:
-        outcomes = batch[0].experiment.run([run.model for run in batch], [run.seed for run in batch], report=report)
+        outcomes = _outcomes(batch, report)
     except (CompositionError, EnvironmentProblem):
         raise
     except Exception as error:
@@ -152,6 +161,13 @@ def execute(batch: Sequence[Run], report: Report | None = None) -> list[StoredRu
         outcomes = [Outcome({}, run.seed, reason) for run in batch]
     wall_time = (time.perf_counter() - began) / len(batch)
     return [stored_run(run, outcome, wall_time) for run, outcome in zip(batch, outcomes, strict=True)]
+
+
+def _outcomes(batch: Sequence[Run], report: Report | None) -> list[Outcome]:
+    tests, models, seeds = [r.experiment for r in batch], [r.model for r in batch], [r.seed for r in batch]
+    if all(test.settings == tests[0].settings for test in tests):
+        return tests[0].run(models, seeds, report=report)
+    return run_together(tests, models, seeds, report=report)
 
 
 def stored_run(run: Run, outcome: Outcome, wall_time: float) -> StoredRun:

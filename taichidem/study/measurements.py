@@ -20,6 +20,7 @@ from taichidem.units import to_si
 FILE = "measurements.csv"
 COLUMNS = ("experiment", "observable", "value", "u", "unit", "n")
 PHOTOGRAPH = "photograph"  # pictures of what was measured, a file or several with ";" between: no condition of it
+WAITING = ("value", "u", "n")  # empty in a row that waits to be filled in
 
 
 def measurements_file(study: Study) -> Path:
@@ -120,8 +121,25 @@ def _named(header: list[str], cells: list[str]) -> dict[str, str]:
     return dict(zip_longest(header, cells, fillvalue=""))
 
 
+def is_not_filled_in(study: Study) -> bool:
+    """Return whether a study's table still waits for every one of its measurements, as `init_study` writes it."""
+    (_, header), *lines = _load(measurements_file(study))
+    return bool(lines) and all(_waits(_named(header, cells)) for _, cells in lines)
+
+
+def _waits(row: dict[str, str]) -> bool:
+    return not any(row.get(name) for name in WAITING)
+
+
 def _read_row(study: Study, line: str, row: dict[str, str], problems: Problems) -> dict[str, Any]:
     observable = _observable(study, line, row, problems)
+    if _waits(row):
+        problems.add(
+            line,
+            f"{line}: {row['experiment']}, {row['observable']} is not filled in; write value, its standard uncertainty u and the "
+            "number n of repeats, or remove the line.",
+        )
+        return row
     number = {name: _number(line, name, row[name], problems) for name in ("value", "u", "n")}
     u, n = number["u"], number["n"]
     if u is not None and u <= 0:

@@ -31,9 +31,13 @@ class ParameterKey:
         """Effect and parameter, joined by a dot."""
         return f"{self.effect}.{self.parameter}"
 
-    def overlaps(self, other: ParameterKey) -> bool:
+    def overlaps(self, other: object) -> bool:
         """Return True if both name the same number, or one of them all pairs."""
-        return self.name == other.name and (self.pair == other.pair or None in (self.pair, other.pair))
+        return (
+            isinstance(other, ParameterKey)
+            and self.name == other.name
+            and (self.pair == other.pair or None in (self.pair, other.pair))
+        )
 
 
 def pair_name(first: str, second: str) -> str:

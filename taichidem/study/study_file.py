@@ -13,7 +13,7 @@ from taichidem.errors import InputError, nearest, unknown_name
 from taichidem.experiments.base import Experiment
 from taichidem.materials import Material, MaterialPair
 from taichidem.scene import Model
-from taichidem.study.calibrate_section import Calibration, read_calibrations
+from taichidem.study.calibrate_section import Calibration, check_ends, read_calibrations
 from taichidem.study.effect_section import (
     Given,
     build_effects,
@@ -24,8 +24,9 @@ from taichidem.study.effect_section import (
 )
 from taichidem.study.experiment_section import StudyExperiment, check_scenes, read_experiments
 from taichidem.study.material_section import Particle, in_order, read_materials, read_particle
-from taichidem.study.parameter_key import all_pairs, pair_name, value_of, with_values
+from taichidem.study.parameter_key import all_pairs, pair_name, with_values
 from taichidem.study.problems import FileError, Problems
+from taichidem.study.study_point import StudyPoint, held, moved
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -35,14 +36,6 @@ else:
 SCHEMA = 1
 FILE = "study.toml"
 SECTIONS = ("schema", "title", "particle", "materials", "contacts", "effects", "calibrate", "experiments")
-
-
-@dataclass(frozen=True)
-class StudyPoint:
-    """A model and the experiments of a study, with every calibrated parameter at a value."""
-
-    model: Model
-    experiments: Mapping[str, Experiment]
 
 
 @dataclass(frozen=True)
@@ -57,7 +50,7 @@ class Study:
         particle: shape, diameter [m] and material of the grains.
         materials: by name.
         effects: what the file says of each effect of the model, options and values (SI).
-        calibrate: the parameters that may be re-calibrated.
+        calibrate: the parameters of effects and settings of experiments that may be re-calibrated.
         experiments: by name, in the order of the file.
     """
 
@@ -81,24 +74,26 @@ class Study:
         return with_values(self._model, values)
 
     def at(self, values: Mapping[str, Any]) -> StudyPoint:
-        """Return model and experiments with parameters changed; keys as under [calibrate].
+        """Return model and experiments with values set, of parameters and of settings; keys as under [calibrate].
+
+        Args:
+            values: key → number in the unit of its Calibration, or a text with a unit. What isn't named stays as believed.
 
         Raises:
-            InputError: a key that names nothing, or a value out of its bounds.
+            InputError: a key that names nothing, two keys for one number, or a value that is not allowed.
         """
-        tests = {name: entry.experiment for name, entry in self.experiments.items()}
-        return StudyPoint(self.model_with(values), tests)
+        return moved(self._model, self._tests(), values)
 
     def believed(self, key: str) -> float:
-        """Return the number that the study holds for a key under [calibrate], in the unit of that entry.
+        """Return the number that the study holds for a key of [calibrate], in the unit of its Calibration.
 
         Raises:
-            InputError: no such key, or one for all pairs whose values differ.
+            InputError: a key that names nothing, or one for all pairs whose values differ.
         """
-        entry = next((c for c in self.calibrate if c.key == key), None)
-        if entry is None:
-            raise unknown_name(f"parameter under [calibrate] of {self.file.name}", key, [c.key for c in self.calibrate])
-        return value_of(self._model, entry.names)
+        return held(self._model, self._tests(), key)
+
+    def _tests(self) -> dict[str, Experiment]:
+        return {name: entry.experiment for name, entry in self.experiments.items()}
 
     def experiment(self, name: str) -> Experiment:
         """Return an experiment with the particle's diameter and materials filled in.
@@ -151,12 +146,14 @@ def read_study(path: str | Path) -> Study:
     effects = read_composition(document, problems)
     given = read_given(document, effects, names, problems)
     complete(given, effects, pairs, problems)
-    calibrate = read_calibrations(document, effects, pairs if grain in names else all_pairs(names), problems)
+    tests = {name: entry.experiment for name, entry in experiments.items()}
+    calibrate = read_calibrations(document, effects, pairs if grain in names else all_pairs(names), tests, problems)
     model = None
     if particle is not None and not problems.concern("materials", "contacts", "effects"):
         model = _build_model(in_order(materials, particle.material), given, effects, pairs, problems)
     if model is not None:
         check_scenes(experiments, model, problems)
+        check_ends(calibrate, tests, model, problems)
     problems.raise_if_any()
     assert particle is not None
     assert model is not None

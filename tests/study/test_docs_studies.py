@@ -58,9 +58,17 @@ def test_the_python_example_runs(folder, monkeypatch, capsys):
 
     monkeypatch.setattr(FixedFunnel, "run", quickly)
     monkeypatch.chdir(folder)
-    exec(compile(block("python"), "studies.md", "exec"), {})
+    exec(compile(blocks("python")[1], "studies.md", "exec"), {})
     assert "13.5" in capsys.readouterr().out
     assert len((folder / "runs.csv").read_text().splitlines()) == 5
+
+
+def test_the_example_of_settings_runs(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    exec(compile(block("python"), "studies.md", "exec"), {})
+    shown = capsys.readouterr().out
+    assert shown.startswith("0.5\n")
+    assert "drop_velocity=0.55" in shown
 
 
 def test_invented_measurements_are_said_to_be_invented():
