@@ -27,6 +27,7 @@ BUILT_IN: dict[str, str] = {
     "optimise": "analysis.optimise:Optimise",
     "property_statistics": "analysis.property_statistics:PropertyStatistics",
     "bulk_density": "analysis.bulk_density:BulkDensity",
+    "missing_effect": "analysis.missing_effect.analyser:MissingEffect",
     "standardised_errors": "analysis.standardised_errors:StandardisedErrors",
 }
 

@@ -8,7 +8,7 @@ LARGEST.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -17,7 +17,7 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import least_squares
 
-from analysis.missing_effect.problem import Array, Problem
+from analysis.missing_effect.problem import Array, Flags, Problem
 
 LARGEST = 1.3  # share up to which a strength may be fitted, a little beyond what was simulated
 STEP = 1e-4  # of coded numbers, for derivatives
@@ -56,7 +56,7 @@ class Fit:
     simulated: Array
     variance: Array
     slope: Array
-    kept: Array
+    kept: Flags
     chi2: float
 
     @cached_property
@@ -86,7 +86,7 @@ class Fit:
         return self.chi2 + 2 * k + 2 * k * (k + 1) / (n - k - 1) if n > k + 1 else float("inf")
 
     @cached_property
-    def free(self) -> Array:
+    def free(self) -> Flags:
         """Which parameters and strengths are not at a bound (p + len(effects),)."""
         x_free = np.abs(self.x) < 1 - AT_BOUND
         held = [abs(self.share[k]) > AT_BOUND for k in self.effects]
@@ -118,8 +118,7 @@ def fit(
     effects: Sequence[int] = (),
     *,
     start: Fit | None = None,
-    left_out: Collection[str] = (),
-    measured: Array | None = None,
+    kept: Flags | None = None,
 ) -> Fit:
     """Return the best agreement with the measurements.
 
@@ -128,22 +127,14 @@ def fit(
         simulator: the surrogate.
         effects: numbers of the candidates whose strengths are fitted too.
         start: a fit from which to begin, without looking elsewhere too if it has the same effects.
-        left_out: tests that are not fitted.
-        measured: other values of the measurements (m,), in place of the problem's.
+        kept: which responses are fitted (m,); all by default.
     """
-    if measured is not None:
-        problem = _with_measured(problem, measured)
-    kept = np.array([test not in left_out for test in problem.tests])
-    search = _Search(problem, simulator, tuple(effects), kept)
+    search = _Search(problem, simulator, tuple(effects), np.ones(len(problem.labels), bool) if kept is None else kept)
     ends = [
         search.run(v, 1 if start is not None and start.effects == search.effects else ROUNDS)
         for v in search.starts(start)
     ]
     return min(ends, key=lambda end: end.chi2)
-
-
-def _with_measured(problem: Problem, measured: Array) -> Problem:
-    return Problem(problem.labels, problem.tests, measured, problem.u, problem.parameters, problem.candidates)
 
 
 def at(problem: Problem, simulator: Simulator, x: Array, share: Array, effects: Sequence[int] = ()) -> Fit:
@@ -155,7 +146,7 @@ def at(problem: Problem, simulator: Simulator, x: Array, share: Array, effects: 
 class _Search:
     """A fit under way; v holds coded parameters, then the shares of the effects let in."""
 
-    def __init__(self, problem: Problem, simulator: Simulator, effects: tuple[int, ...], kept: Array) -> None:
+    def __init__(self, problem: Problem, simulator: Simulator, effects: tuple[int, ...], kept: Flags) -> None:
         self.problem, self.simulator, self.effects, self.kept = problem, simulator, effects, kept
         sides = [problem.candidates[k].two_sided for k in effects]
         p = len(problem.parameters)

@@ -27,6 +27,7 @@ class Parameter:
         believed: what the model holds now.
         value, u: what a direct measurement gave with its standard uncertainty, or None.
         unit: for people.
+        test: the one test that it belongs to, as a release height does; "" for what all tests share.
     """
 
     key: str
@@ -36,6 +37,7 @@ class Parameter:
     value: float | None = None
     u: float | None = None
     unit: str = ""
+    test: str = ""
 
 
 @dataclass(frozen=True)
@@ -46,11 +48,23 @@ class Candidate:
         name: of the effect.
         two_sided: True if β may be negative.
         all_or_nothing: True if it was simulated at β = 1 only.
+        title: for people.
+        parameter, unit: what its strength is measured by.
+        at_zero, at_full: value of that parameter at β = 0 and β = 1.
     """
 
     name: str
     two_sided: bool = False
     all_or_nothing: bool = False
+    title: str = ""
+    parameter: str = "share"
+    unit: str = "1"
+    at_zero: float = 0.0
+    at_full: float = 1.0
+
+    def strength(self, share: float) -> float:
+        """Return the value of the measuring parameter at a share."""
+        return self.at_zero + share * (self.at_full - self.at_zero)
 
 
 @dataclass(frozen=True)

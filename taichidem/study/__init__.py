@@ -5,6 +5,8 @@ from taichidem.study.campaign import Run, run_all, simulate
 from taichidem.study.comparison import Comparison
 from taichidem.study.comparison_rows import comparison_rows, measured_parameters
 from taichidem.study.comparison_run import check_measured, compare
+from taichidem.study.diagnosis import Diagnosis
+from taichidem.study.diagnosis_run import diagnose
 from taichidem.study.init_study import init_study
 from taichidem.study.measurements import read_measurements
 from taichidem.study.parameter_key import ParameterKey, with_values
@@ -19,6 +21,7 @@ from taichidem.study.summary import summarise
 __all__ = [
     "Calibration",
     "Comparison",
+    "Diagnosis",
     "FileError",
     "ParameterKey",
     "Run",
@@ -30,6 +33,7 @@ __all__ = [
     "check_measured",
     "compare",
     "comparison_rows",
+    "diagnose",
     "init_study",
     "measured_parameters",
     "read_measurements",

@@ -20,6 +20,7 @@ from taichidem.study.comparison_conditions import (
     records,
 )
 from taichidem.study.parameter_key import all_pairs, pair_name
+from taichidem.study.setting_key import SettingKey
 from taichidem.study.study_file import Study
 from taichidem.study.summary import summarise
 
@@ -145,6 +146,8 @@ def measured_parameters(study: Study) -> pd.DataFrame:
 
 def believed_values(study: Study, entry: Calibration) -> list[float]:
     """Return the values that the study's model holds for a parameter under [calibrate]: one, or a different one per pair."""
+    if isinstance(entry.names, SettingKey):
+        return [study.believed(entry.key)]
     held = next(e for e in study.model().effects if e.name == entry.names.effect).values[entry.names.parameter]
     if not isinstance(held, Mapping):
         return [float(held)]

@@ -58,11 +58,11 @@ def compare(
     study = study if isinstance(study, Study) else read_study(study)
     measurements, photographs = checked(study)
     runs = study_runs(study, None, seeds)
-    folder = _writable(study.path / RESULTS if output is None else output)
+    folder = writable(study.path / RESULTS if output is None else output)
     tell = report or (lambda stage, share: None)
     tell("simulating", 0.0)
-    with _opened(study, store) as opened:
-        table = run_all(runs, opened, lambda share: tell("simulating", share), retry_failed=retry_failed)
+    with opened(study, store) as kept:
+        table = run_all(runs, kept, lambda share: tell("simulating", share), retry_failed=retry_failed)
     found = _evaluated(study, measurements, table, folder)
     found |= _drawn(study, photographs, table, found, tell)
     del found["report"]
@@ -96,14 +96,16 @@ def check_measured(study: Study, measurements: pd.DataFrame) -> None:
         )
 
 
-def _writable(path: str | Path) -> Path:
+def writable(path: str | Path) -> Path:
+    """Return a folder that exists and can be written, or raise InputError."""
     from taichidem.heap_comparison import writable_folder  # which takes a second to import
 
     return writable_folder(path)
 
 
 @contextmanager
-def _opened(study: Study, store: RunStore | str | Path | None) -> Iterator[RunStore]:
+def opened(study: Study, store: RunStore | str | Path | None) -> Iterator[RunStore]:
+    """Give an open store: that which is given, or the one in a file, by default the study's own."""
     if isinstance(store, RunStore):
         yield store
         return
