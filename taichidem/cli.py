@@ -15,7 +15,7 @@ from rich.table import Table
 
 from analysis.errors import AnalysisError
 from designs.errors import DesignError
-from taichidem import __version__, cli_compare, cli_designs, cli_init, cli_report, cli_simulate
+from taichidem import __version__, cli_compare, cli_designs, cli_diagnose, cli_init, cli_report, cli_simulate
 from taichidem.cli_progress import progress
 from taichidem.errors import TaichidemError
 
@@ -30,6 +30,7 @@ cli_init.register(app)
 cli_simulate.register(app)
 cli_compare.register(app)
 cli_designs.register(app)
+cli_diagnose.register(app)
 cli_report.register(app)
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")]

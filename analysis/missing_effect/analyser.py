@@ -181,6 +181,8 @@ def _report(
         "candidates": candidate_table(found),
         "parameters": parameter_table(found, named),
         "errors": error_table(found, named),
+        "parameters_with_best": parameter_table(found, found.best),
+        "errors_with_best": error_table(found, found.best),
     }
     details = {
         "verdict": verdict.word,

@@ -1,5 +1,7 @@
 """Study folders and the store of their runs: read a study, run its experiments, keep every outcome, report what is known."""
 
+from taichidem.study.addition import Addition
+from taichidem.study.addition_run import add
 from taichidem.study.calibrate_section import Calibration
 from taichidem.study.campaign import Run, run_all, simulate
 from taichidem.study.comparison import Comparison
@@ -7,6 +9,7 @@ from taichidem.study.comparison_rows import comparison_rows, measured_parameters
 from taichidem.study.comparison_run import check_measured, compare
 from taichidem.study.diagnosis import Diagnosis
 from taichidem.study.diagnosis_run import diagnose
+from taichidem.study.discovery import Discovery, discover
 from taichidem.study.init_study import init_study
 from taichidem.study.measurements import read_measurements
 from taichidem.study.parameter_key import ParameterKey, with_values
@@ -19,9 +22,11 @@ from taichidem.study.study_point import StudyPoint
 from taichidem.study.summary import summarise
 
 __all__ = [
+    "Addition",
     "Calibration",
     "Comparison",
     "Diagnosis",
+    "Discovery",
     "FileError",
     "ParameterKey",
     "Run",
@@ -30,10 +35,12 @@ __all__ = [
     "StoredRun",
     "Study",
     "StudyPoint",
+    "add",
     "check_measured",
     "compare",
     "comparison_rows",
     "diagnose",
+    "discover",
     "init_study",
     "measured_parameters",
     "read_measurements",

@@ -91,7 +91,7 @@ def evaluate(planned: Plan, outcomes: pd.DataFrame, folder: Path) -> Diagnosis:
     study, measured = planned.study, planned.measurements
     believed = outcomes[outcomes["key"].isin({run.key for run in planned.believed})].drop_duplicates("key")
     rows = comparison_rows(study, measured, believed)
-    analysed = _analysed(planned, planned.table(outcomes))
+    analysed = analyse(planned, planned.table(outcomes))
     numbers = analysed.numbers
     direct = measured_parameters(study)
     chi2 = {
@@ -132,7 +132,7 @@ def evaluate(planned: Plan, outcomes: pd.DataFrame, folder: Path) -> Diagnosis:
     )
 
 
-def _analysed(planned: Plan, table: pd.DataFrame) -> Any:
+def analyse(planned: Plan, table: pd.DataFrame) -> Any:
     """Return the report of the registered analyser."""
     study, measured = planned.study, planned.measurements
     parameters = pd.DataFrame(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from taichidem import plugins
 from taichidem.effects.base import Effect, Parameter
@@ -45,20 +44,20 @@ class Hypothesis:
         Raises:
             TaichidemError: the effect can't act in this model.
         """
-        added = self.effect.at_strength(share, self.scale, model.effects)
+        added = self.at(share, model)
         kept = [e for e in model.effects if not e.family or e.family != added.family]
         return Model(model.materials, [*kept, added])
 
     def strength(self, share: float, model: Model) -> float:
         """Return the value of the measuring parameter at a share, that of two grains where it is one per pair."""
-        added = self.effect.at_strength(share, self.scale, model.effects)
+        added = self.at(share, model)
         held = added.values[self.parameter.name]
         value = held[self.scale.grain_pair] if isinstance(held, Mapping) else held
         return -value if share < 0 else value
 
-    def values(self, share: float, model: Model) -> dict[str, Any]:
-        """Return all values of the effect at a share."""
-        return dict(self.effect.at_strength(share, self.scale, model.effects).values)
+    def at(self, share: float, model: Model) -> Effect:
+        """Return the effect at a share of its strongest setting, as it would join a model."""
+        return self.effect.at_strength(share, self.scale, model.effects)
 
 
 @dataclass(frozen=True)
