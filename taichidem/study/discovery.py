@@ -11,6 +11,7 @@ from typing import Any
 from taichidem.errors import InputError
 from taichidem.study.addition import RECALIBRATED, WITH_EFFECT, Addition
 from taichidem.study.addition_run import add
+from taichidem.study.campaign import STORE
 from taichidem.study.comparison import plain
 from taichidem.study.comparison_run import Report, writable
 from taichidem.study.diagnosis import Diagnosis
@@ -74,7 +75,7 @@ def discover(
     effect_rows: int | None = None,
     base_rows: int | None = None,
 ) -> Discovery:
-    """Repeat diagnose and add until nothing is missing or nothing helps, then ask of each added effect whether it is still needed.
+    """Repeat diagnose and add until nothing is missing or nothing helps; then ask of each added effect if it is still needed.
 
     Args:
         study: as `read_study` returns it, or its folder.
@@ -91,11 +92,9 @@ def discover(
     first = study if isinstance(study, Study) else read_study(study)
     folder = writable(first.path / "results" if output is None else output)
     names = None if effects is None else list(effects)
-    sizes = {"effect_rows": effect_rows, "base_rows": base_rows}
-    kept = first.path / "runs.sqlite" if store is None else store
-    trail = _Trail(
-        first, folder / FOLDER if output is None else folder, kept, names, sizes, report or (lambda stage, share: None)
-    )
+    steps = folder / FOLDER if output is None else folder
+    kept = first.path / STORE if store is None else store
+    trail = _Trail(first, steps, kept, names, _Sizes(effect_rows, base_rows), report or (lambda stage, share: None))
     while trail.step(len(trail.added) < most):
         pass
     trail.look_back()
@@ -112,6 +111,14 @@ def discover(
     return found
 
 
+@dataclass(frozen=True)
+class _Sizes:
+    """Sizes of the screening designs, as arguments of `diagnose` and `add`."""
+
+    effect_rows: int | None
+    base_rows: int | None
+
+
 class _Trail:
     """A search under way: the study as it stands now, what was added, why it stopped."""
 
@@ -121,7 +128,7 @@ class _Trail:
         folder: Path,
         store: RunStore | str | Path,
         names: list[str] | None,
-        sizes: dict[str, int | None],
+        sizes: _Sizes,
         tell: Report,
     ) -> None:
         self.first = self.now = first
@@ -136,7 +143,12 @@ class _Trail:
         """Diagnose the study as it stands, add what is missing; return whether to go on."""
         number = len(self.steps) + 1
         found = diagnose(
-            self.now, self._to_test(), store=self.store, report=self._told(f"diagnosis {number}"), **self.sizes
+            self.now,
+            self._to_test(),
+            store=self.store,
+            report=self._told(f"diagnosis {number}"),
+            effect_rows=self.sizes.effect_rows,
+            base_rows=self.sizes.base_rows,
         )
         self.last = found
         chi2 = {"chi2": found.chi2["recalibrated"], "dof": found.chi2["dof"], "folder": str(self.now.path)}
@@ -152,7 +164,7 @@ class _Trail:
     def _add(self, effect: str, number: int) -> bool:
         target = self.folder / f"step_{number}"
         try:
-            added = add(self.now, effect, target, self.store, self._told(f"adding {effect}"), **self.sizes)
+            added = self._joined(self.now, effect, target, f"adding {effect}")
         except InputError as error:
             self.stopped = str(error)
             return False
@@ -164,6 +176,10 @@ class _Trail:
         self.added.append(added)
         self.now = read_study(target)
         return True
+
+    def _joined(self, study: Study, effect: str, target: Path, stage: str) -> Addition:
+        sizes, told = self.sizes, self._told(stage)
+        return add(study, effect, target, self.store, told, effect_rows=sizes.effect_rows, base_rows=sizes.base_rows)
 
     def look_back(self) -> None:
         """Take out an effect whose strength came near vanishing when another joined it."""
@@ -179,9 +195,7 @@ class _Trail:
         study = self.first
         for number, kept in enumerate((a for a in self.added if a is not unneeded), 1):
             target = self.folder / f"without_{unneeded.effect}_{number}"
-            study = read_study(
-                add(study, kept.effect, target, self.store, self._told("looking back"), **self.sizes).new_study
-            )
+            study = read_study(self._joined(study, kept.effect, target, "looking back").new_study)
         self.removed.append(unneeded.effect)
         self.now = study
 
