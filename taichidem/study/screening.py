@@ -1,14 +1,16 @@
 """One screening design over what may be re-calibrated and over the strength of every effect that a model lacks.
 
 It is drawn in blocks: one with no effect in, and one for each effect, in which no other acts, since effects of a family
-exclude each other and strong ones act on each other. All blocks vary the calibrated parameters over their whole range. So every
-run tells of the parameters, and what an effect does is known where re-calibration may go. The design depends on the model and the
-ranges only, not on what was measured or believed: another set of measurements on the same bench needs no new run.
+exclude each other and strong ones act on each other. All blocks vary the calibrated parameters: the first at the ends of their
+ranges as well, all of them inside, where a parameter that was measured directly stays near what was measured. So every run tells
+of the parameters, and what an effect does is known where re-calibration may go. The design depends on what stands in study.toml
+only: another set of measurements on the same bench needs no new run.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,7 @@ EFFECT, SHARE, SEED, BLOCK = "effect", "share", "seed", "block"
 LEAST_SHARE = 0.25  # of the strongest setting, below which an effect of most kinds drowns in the scatter
 SEEDS = (1, 2)  # common random numbers: the rows of every block take these in turn
 CENTRE_SEEDS = (1, 2, 3, 4)  # repeats at the centre of the ranges, which tell the scatter
+NEAR = 3.0  # standard uncertainties about a direct measurement within which a parameter is varied
 DESIGN_SEED = 20260  # of the designs themselves
 
 
@@ -78,7 +81,7 @@ def _edges(calibrate: Sequence[Calibration]) -> pd.DataFrame:
 
 def _filling(calibrate: Sequence[Calibration], count: int, number: int) -> pd.DataFrame:
     generator = plugins.get("design", "latin_hypercube")(runs=count)
-    design = generator.generate(_space(calibrate), seed=DESIGN_SEED + number)
+    design = generator.generate(_space(_near(calibrate)), seed=DESIGN_SEED + number)
     return design.table[[c.key for c in calibrate]]
 
 
@@ -86,13 +89,24 @@ def _block(calibrate: Sequence[Calibration], hypothesis: Hypothesis, count: int,
     """Return the rows of one effect, its shares evenly from a quarter to the whole, on both sides where it has two."""
     share = Factor(SHARE, LEAST_SHARE, 1.0)
     generator = plugins.get("design", "latin_hypercube")(runs=count)
-    table = generator.generate(_space(calibrate, share), seed=_own_seed(hypothesis.name)).table
+    table = generator.generate(_space(_near(calibrate), share), seed=_own_seed(hypothesis.name)).table
     order = np.argsort(np.argsort(table[SHARE].to_numpy()))
     shares = np.ones(count) if hypothesis.effect.all_or_nothing else np.linspace(LEAST_SHARE, 1.0, count)[order]
     if hypothesis.effect.two_sided:
         shares = np.where(order % 2 == 0, shares, -shares)
     fixed = {EFFECT: hypothesis.name, SHARE: shares, SEED: np.resize(SEEDS, count), BLOCK: number}
     return table[[c.key for c in calibrate]].assign(**fixed)
+
+
+def _near(calibrate: Sequence[Calibration]) -> list[Calibration]:
+    """Return the parameters with the ranges in which they are likely to be."""
+    found = []
+    for entry in calibrate:
+        low, high = entry.low, entry.high
+        if entry.value is not None and entry.u is not None:
+            low, high = max(low, entry.value - NEAR * entry.u), min(high, entry.value + NEAR * entry.u)
+        found.append(replace(entry, low=low, high=high) if low < high else entry)
+    return found
 
 
 def _own_seed(name: str) -> int:
