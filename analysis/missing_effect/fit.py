@@ -95,7 +95,8 @@ class Fit:
     @cached_property
     def weighted_slope(self) -> Array:
         """Derivatives of standardised responses and direct measurements (count, p + len(effects))."""
-        return np.vstack([self.slope[self.kept] / self.sigma[self.kept, None], _direct_slope(self)])
+        direct = direct_slope(self.problem, self.x, self.slope.shape[1])
+        return np.vstack([self.slope[self.kept] / self.sigma[self.kept, None], direct])
 
     @cached_property
     def covariance(self) -> Array:
@@ -105,10 +106,11 @@ class Fit:
         return np.linalg.inv(j.T @ j + np.diag(1e-6 / ranges))
 
 
-def _direct_slope(fit: Fit) -> Array:
-    direct = fit.problem.direct
-    rows = np.zeros((len(direct), fit.slope.shape[1]))
-    rows[np.arange(len(direct)), list(direct)] = 1 / fit.problem.direct_coded[1]
+def direct_slope(problem: Problem, x: Array, columns: int) -> Array:
+    """Return the derivatives of standardised direct measurements by what is fitted (direct, columns)."""
+    which = list(problem.direct)
+    rows = np.zeros((len(which), columns))
+    rows[np.arange(len(which)), which] = problem.natural_slope(x)[which] / problem.direct_values[1]
     return rows
 
 
@@ -213,8 +215,8 @@ class _Search:
 
     def _standardised(self, v: Array, simulated: Array, sigma: Array) -> Array:
         errors = ((simulated - self.problem.measured) / sigma)[self.kept]
-        value, u = self.problem.direct_coded
-        return np.concatenate([errors, (v[list(self.problem.direct)] - value) / u])
+        value, u = self.problem.direct_values
+        return np.concatenate([errors, (self.problem.natural(v[: self.p])[list(self.problem.direct)] - value) / u])
 
     def _residual(self, v: Array, sigma: Array) -> Array:
         return self._standardised(v, self._values(v[None])[0], sigma)
@@ -222,7 +224,4 @@ class _Search:
     def _slope(self, v: Array, sigma: Array) -> Array:
         values = self._values(self._around(v))
         slope = ((values[1:] - values[0]) / STEP / sigma).T[self.kept]
-        direct = self.problem.direct
-        rows = np.zeros((len(direct), len(v)))
-        rows[np.arange(len(direct)), list(direct)] = 1 / self.problem.direct_coded[1]
-        return np.vstack([slope, rows])
+        return np.vstack([slope, direct_slope(self.problem, v[: self.p], len(v))])

@@ -17,7 +17,7 @@ import numpy as np
 
 from analysis.missing_effect.problem import Array, Indices
 
-REACH = 2.0  # over how many coded half-ranges a smooth term forgets
+REACH = 1.0  # over how many coded half-ranges a smooth term forgets
 SHARE_REACH = 0.7  # and over what difference of shares
 VAGUE = 10.0  # prior of the constant and of a_k, in units of the responses' scatter
 

@@ -97,10 +97,10 @@ def options(found: Search, new_labels: Sequence[str], new_u: Sequence[float]) ->
 
 def outlook(found: Fit, new: Simulator | None) -> Outlook:
     """Return what a fitted model predicts for every option: new tests, measured responses, parameters."""
-    half = (found.problem.high - found.problem.low) / 2
-    of_parameters = np.hstack([np.diag(half), np.zeros((len(half), len(found.effects)))])
+    slopes = found.problem.natural_slope(found.x)
+    of_parameters = np.hstack([np.diag(slopes), np.zeros((len(slopes), len(found.effects)))])
     parts = [(found.simulated, found.variance, found.slope)]
-    parts.append((found.problem.natural(found.x), np.zeros(len(half)), of_parameters))
+    parts.append((found.problem.natural(found.x), np.zeros(len(slopes)), of_parameters))
     if new is not None:
         parts.insert(0, _new_responses(found, new))
     values, variance, slope = zip(*parts, strict=True)

@@ -86,8 +86,9 @@ def _counts(score: Array, base: Fit) -> Flags:
 
 def _residual(base: Fit) -> Array:
     """Return standardised D − S of the fitted responses and of the direct measurements (count,)."""
-    value, u = base.problem.direct_coded
-    return np.concatenate([-base.z[base.kept], (value - base.x[list(base.problem.direct)]) / u])
+    value, u = base.problem.direct_values
+    held = base.problem.natural(base.x)[list(base.problem.direct)]
+    return np.concatenate([-base.z[base.kept], (value - held) / u])
 
 
 def signatures(base: Fit, simulator: Simulator, delta: float) -> Array:

@@ -75,9 +75,8 @@ def parameter_table(found: Search, named: Trial | None) -> pd.DataFrame:
 def _estimate(fit: Fit | None, j: int, name: str, edge: str) -> dict[str, Any]:
     if fit is None:
         return {name: float("nan"), f"u_{name}": float("nan"), edge: ""}
-    p = fit.problem.parameters[j]
-    u = float(np.sqrt(fit.covariance[j, j])) * (p.high - p.low) / 2
-    return {name: float(fit.problem.natural(fit.x)[j]), f"u_{name}": u, edge: edges(fit)[p.key]}
+    u = float(np.sqrt(fit.covariance[j, j]) * fit.problem.natural_slope(fit.x)[j])
+    return {name: float(fit.problem.natural(fit.x)[j]), f"u_{name}": u, edge: edges(fit)[fit.problem.parameters[j].key]}
 
 
 def error_table(found: Search, named: Trial | None) -> pd.DataFrame:
