@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Protocol
 
 import numpy as np
 from scipy import stats
-from scipy.optimize import least_squares
 
-from analysis.missing_effect.problem import Array, Flags, Problem
+from analysis.missing_effect.descent import descend
+from analysis.missing_effect.problem import Array, Flags, Indices, Problem
 
 LARGEST = 1.3  # share up to which a strength may be fitted, a little beyond what was simulated
 STEP = 1e-4  # of coded numbers, for derivatives
@@ -69,6 +69,11 @@ class Fit:
         """Standardised errors (S − D)/u_val of all responses, left-out ones included (m,)."""
         return (self.simulated - self.problem.measured) / self.sigma
 
+    @cached_property
+    def deviance(self) -> float:
+        """Twice the negative log-likelihood, χ² + Σ ln(σ_i²/u_i²): what is fitted well only for want of certainty pays for it."""
+        return self.chi2 + float(np.log(self.sigma[self.kept] ** 2 / self.problem.u[self.kept] ** 2).sum())
+
     @property
     def dof(self) -> int:
         """Degrees of freedom: measurements that were fitted, less parameters and strengths."""
@@ -114,114 +119,130 @@ def direct_slope(problem: Problem, x: Array, columns: int) -> Array:
     return rows
 
 
-def fit(
-    problem: Problem,
-    simulator: Simulator,
-    effects: Sequence[int] = (),
-    *,
-    start: Fit | None = None,
-    kept: Flags | None = None,
-) -> Fit:
+def fit(problem: Problem, simulator: Simulator, effects: Sequence[int] = (), *, start: Fit | None = None) -> Fit:
     """Return the best agreement with the measurements.
 
     Args:
         problem: measurements, ranges, candidates.
         simulator: the surrogate.
         effects: numbers of the candidates whose strengths are fitted too.
-        start: a fit from which to begin, without looking elsewhere too if it has the same effects.
-        kept: which responses are fitted (m,); all by default.
+        start: a fit near which to begin.
     """
-    search = _Search(problem, simulator, tuple(effects), np.ones(len(problem.labels), bool) if kept is None else kept)
-    ends = [
-        search.run(v, 1 if start is not None and start.effects == search.effects else ROUNDS)
-        for v in search.starts(start)
+    return fits(problem, simulator, [tuple(effects)], [start])[0]
+
+
+def fits(
+    problem: Problem, simulator: Simulator, additions: Sequence[tuple[int, ...]], starts: Sequence[Fit | None]
+) -> list[Fit]:
+    """Return the best agreement for each of several additions, all of as many effects, side by side.
+
+    Args:
+        problem: measurements, ranges, candidates.
+        simulator: the surrogate.
+        additions: numbers of the candidates whose strengths are fitted too.
+        starts: for each a fit near which to begin, or None.
+    """
+    search = _Search(problem, simulator)
+    begins = [search.starts(effects, start) for effects, start in zip(additions, starts, strict=True)]
+    owner = np.repeat(np.arange(len(begins)), [len(b) for b in begins])
+    kept = np.ones((len(owner), len(problem.labels)), bool)
+    ends = search.run(np.vstack(begins), [additions[int(i)] for i in owner], kept, ROUNDS)
+    return [
+        min((end for end, i in zip(ends, owner, strict=True) if i == wanted), key=lambda end: end.deviance)
+        for wanted in range(len(begins))
     ]
-    return min(ends, key=lambda end: end.chi2)
+
+
+def refits(wholes: Sequence[Fit], simulator: Simulator, kept: Flags) -> list[Fit]:
+    """Return fits of some of the responses only, each begun from a fit of all.
+
+    Args:
+        wholes: fits of all responses, of as many effects each (B).
+        simulator: the surrogate.
+        kept: which responses are fitted (B, m).
+    """
+    v = np.stack([np.concatenate([whole.x, whole.share[list(whole.effects)]]) for whole in wholes])
+    return _Search(wholes[0].problem, simulator).run(v, [whole.effects for whole in wholes], kept, 1)
 
 
 def at(problem: Problem, simulator: Simulator, x: Array, share: Array, effects: Sequence[int] = ()) -> Fit:
     """Return the agreement at a point, nothing fitted."""
-    search = _Search(problem, simulator, tuple(effects), np.ones(len(problem.labels), bool))
-    return search.end(np.concatenate([x, share[list(effects)]]))
+    v = np.concatenate([x, share[list(effects)]])
+    everything = np.ones((1, len(problem.labels)), bool)
+    return _Search(problem, simulator).ends(v[None], np.array([effects], int), everything)[0]
 
 
 class _Search:
-    """A fit under way; v holds coded parameters, then the shares of the effects let in."""
+    """Fits under way side by side; a row v (d,) holds coded parameters, then the shares of the effects let in."""
 
-    def __init__(self, problem: Problem, simulator: Simulator, effects: tuple[int, ...], kept: Flags) -> None:
-        self.problem, self.simulator, self.effects, self.kept = problem, simulator, effects, kept
-        sides = [problem.candidates[k].two_sided for k in effects]
-        p = len(problem.parameters)
-        self.p = p
-        self.low = np.concatenate([-np.ones(p), np.where(sides, -LARGEST, 0.0)]) if effects else -np.ones(p)
-        self.high = np.concatenate([np.ones(p), np.full(len(effects), LARGEST)])
+    def __init__(self, problem: Problem, simulator: Simulator) -> None:
+        self.problem, self.simulator = problem, simulator
+        self.p = len(problem.parameters)
+        self.two_sided = np.array([c.two_sided for c in problem.candidates], bool)
 
-    def starts(self, start: Fit | None) -> list[Array]:
-        """Return the points to begin from."""
-        if start is not None and start.effects == self.effects:
-            return [np.concatenate([start.x, start.share[list(self.effects)]])]
+    def starts(self, effects: tuple[int, ...], start: Fit | None) -> Array:
+        """Return the points to begin from (B, d)."""
         if start is not None:
             bases = [start.x]
         else:
             believed = self.problem.coded(np.array([q.believed for q in self.problem.parameters], float))
-            bases = [np.clip(believed, -1, 1), np.zeros(self.p), np.full(self.p, -0.5), np.full(self.p, 0.5)]
-        if not self.effects:
-            return bases
-        signs = [-1.0, 1.0] if any(self.problem.candidates[k].two_sided for k in self.effects) else [1.0]
+            bases = [believed, np.zeros(self.p), np.full(self.p, -0.5), np.full(self.p, 0.5)]
+        if not effects:
+            return np.stack(bases)
+        signs = [-1.0, 1.0] if self.two_sided[list(effects)].any() else [1.0]
         shares = [sign * share for sign in signs for share in FIRST_SHARES]
-        known = start.share[list(self.effects)] if start is not None else np.zeros(len(self.effects))
-        return [np.concatenate([b, np.where(known != 0, known, s)]) for b in bases for s in shares]
+        known = start.share[list(effects)] if start is not None else np.zeros(len(effects))
+        return np.stack([np.concatenate([b, np.where(known != 0, known, s)]) for b in bases for s in shares])
 
-    def run(self, v: Array, rounds: int) -> Fit:
-        """Return where a descent from v ends."""
-        if len(v):
-            v = np.clip(v, self.low + 1e-6, self.high - 1e-6)
-            for _ in range(rounds):
-                sigma = np.sqrt(self.problem.u**2 + self._variance(v))
-                v = least_squares(
-                    self._residual,
-                    v,
-                    self._slope,
-                    (self.low, self.high),
-                    args=(sigma,),
-                    x_scale=1.0,
-                    xtol=1e-6,
-                    ftol=1e-8,
-                ).x
-        return self.end(v)
+    def run(self, v: Array, effects: Sequence[tuple[int, ...]], kept: Flags, rounds: int) -> list[Fit]:
+        """Return where descents from v (B, d) end, each with its effects and fitted to some of the responses (B, m)."""
+        which = np.array(effects, int).reshape(len(v), -1)
+        low, high = self._bounds(which)
+        v = np.clip(v, low + 1e-6, high - 1e-6)
+        for _ in range(rounds if v.size else 0):
+            sigma = np.sqrt(self.problem.u**2 + self.simulator.variance(*self._split(v, which)))
+            v = descend(partial(self._running, which, sigma, kept), v, low, high)
+        return self.ends(v, which, kept)
 
-    def end(self, v: Array) -> Fit:
-        x, share = self._split(v[None])
-        values = self._values(self._around(v))
-        variance = self._variance(v)
-        slope = (values[1:] - values[0]).T / STEP if len(v) else np.zeros((len(values[0]), 0))
-        residual = self._standardised(v, values[0], np.sqrt(self.problem.u**2 + variance))
-        chi2 = float(residual @ residual)
-        return Fit(self.problem, self.effects, x[0], share[0], values[0], variance, slope, self.kept, chi2)
+    def _bounds(self, which: Indices) -> tuple[Array, Array]:
+        ones = np.ones((len(which), self.p))
+        lowest = np.where(self.two_sided[which], -LARGEST, 0.0) if which.size else np.zeros(which.shape)
+        return np.hstack([-ones, lowest]), np.hstack([ones, np.full(which.shape, LARGEST)])
 
-    def _around(self, v: Array) -> Array:
-        return np.vstack([v, v + STEP * np.eye(len(v))])
+    def ends(self, v: Array, which: Indices, kept: Flags) -> list[Fit]:
+        """Return the agreement at points (B, d) with effects (B, q)."""
+        (x, share), variance = self._split(v, which), self.simulator.variance(*self._split(v, which))
+        values, slope = self._values(v, which)
+        residuals = self._errors(v, values, np.sqrt(self.problem.u**2 + variance), kept)
+        chi2 = (residuals**2).sum(axis=1)
+        effects = [tuple(row) for row in which.tolist()]
+        return [
+            Fit(self.problem, effects[i], x[i], share[i], values[i], variance[i], slope[i], kept[i], float(chi2[i]))
+            for i in range(len(v))
+        ]
 
-    def _split(self, points: Array) -> tuple[Array, Array]:
-        share = np.zeros((len(points), len(self.problem.candidates)))
-        share[:, list(self.effects)] = points[:, self.p :]
-        return points[:, : self.p], share
+    def _split(self, v: Array, which: Indices) -> tuple[Array, Array]:
+        share = np.zeros((len(v), len(self.problem.candidates)))
+        share[np.arange(len(v))[:, None], which] = v[:, self.p :]
+        return v[:, : self.p], share
 
-    def _values(self, points: Array) -> Array:
-        return self.simulator.mean(*self._split(points))
+    def _values(self, v: Array, which: Indices) -> tuple[Array, Array]:
+        """Return the responses at points (B, m) and their derivatives (B, m, d)."""
+        count, d = v.shape
+        around = (v[:, None] + np.vstack([np.zeros(d), STEP * np.eye(d)])).reshape(-1, d)
+        values = self.simulator.mean(*self._split(around, np.repeat(which, d + 1, axis=0))).reshape(count, d + 1, -1)
+        return values[:, 0], (values[:, 1:] - values[:, :1]).transpose(0, 2, 1) / STEP
 
-    def _variance(self, v: Array) -> Array:
-        return self.simulator.variance(*self._split(v[None]))[0]
-
-    def _standardised(self, v: Array, simulated: Array, sigma: Array) -> Array:
-        errors = ((simulated - self.problem.measured) / sigma)[self.kept]
+    def _errors(self, v: Array, values: Array, sigma: Array, kept: Flags) -> Array:
+        """Return standardised errors of responses, 0 where left out, and of direct measurements (B, n)."""
         value, u = self.problem.direct_values
-        return np.concatenate([errors, (self.problem.natural(v[: self.p])[list(self.problem.direct)] - value) / u])
+        direct = self.problem.natural(v[:, : self.p])[:, list(self.problem.direct)]
+        return np.hstack([(values - self.problem.measured) * kept / sigma, (direct - value) / u])
 
-    def _residual(self, v: Array, sigma: Array) -> Array:
-        return self._standardised(v, self._values(v[None])[0], sigma)
-
-    def _slope(self, v: Array, sigma: Array) -> Array:
-        values = self._values(self._around(v))
-        slope = ((values[1:] - values[0]) / STEP / sigma).T[self.kept]
-        return np.vstack([slope, direct_slope(self.problem, v[: self.p], len(v))])
+    def _running(self, which: Indices, sigma: Array, kept: Flags, v: Array, running: Flags) -> tuple[Array, Array]:
+        """Return standardised errors and their derivatives (B, n, d) of those descents that are still running."""
+        values, slope = self._values(v, which[running])
+        direct = np.stack([direct_slope(self.problem, one[: self.p], v.shape[1]) for one in v])
+        weight = (kept[running] / sigma[running])[..., None]
+        errors = self._errors(v, values, sigma[running], kept[running])
+        return errors, np.concatenate([slope * weight, direct], axis=1)

@@ -2,31 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from analysis.missing_effect.fit import Fit, Simulator, fit
+from analysis.missing_effect.fit import Fit, Simulator, refits
 from analysis.missing_effect.problem import Array, Flags, Problem
 
 
-def held_out_errors(whole: Fit, simulator: Simulator) -> Array:
-    """Return for each response the standardised error of its prediction from the other tests (m,).
+def held_out_errors(wholes: Sequence[Fit], simulator: Simulator) -> list[Array]:
+    """Return for each fit, and each response, the standardised error of its prediction from the other tests (m,).
 
     z_i = (S_i − D_i)/√(u_i² + v_i + s_i (JᵀV⁻¹J)⁻¹ s_iᵀ): the last term is what the parameters, fitted without that test, leave
     uncertain. A test that has parameters of its own, which no other could tell, keeps the first half of its responses, and the
     others are predicted. NaN where nothing was predicted.
+
+    Args:
+        wholes: fits of all responses, of as many effects each.
+        simulator: the surrogate.
     """
-    problem = whole.problem
-    errors = np.full(len(problem.labels), np.nan)
-    for test in dict.fromkeys(problem.tests):
-        out = left_out(problem, test)
-        if problem.count - out.sum() <= len(whole.x) + len(whole.effects):
-            continue
-        part = fit(problem, simulator, whole.effects, start=whole, kept=~out)
-        slope = part.slope[out]
-        spread = np.einsum("ij,jk,ik->i", slope, part.covariance, slope)
-        u = np.sqrt(problem.u[out] ** 2 + part.variance[out] + spread)
-        errors[out] = (part.simulated - problem.measured)[out] / u
+    if not wholes:
+        return []
+    problem, unknowns = wholes[0].problem, len(wholes[0].x) + len(wholes[0].effects)
+    out = np.stack([left_out(problem, test) for test in dict.fromkeys(problem.tests)])
+    out = out[problem.count - out.sum(axis=1) > unknowns]
+    errors = [np.full(len(problem.labels), np.nan) for _ in wholes]
+    if len(out):
+        parts = refits([whole for whole in wholes for _ in out], simulator, np.tile(~out, (len(wholes), 1)))
+        for i, part in enumerate(parts):
+            errors[i // len(out)][~part.kept] = _predicted(part)
     return errors
+
+
+def _predicted(part: Fit) -> Array:
+    """Return the standardised errors of what was not fitted."""
+    gone = ~part.kept
+    slope = part.slope[gone]
+    spread = np.einsum("ij,jk,ik->i", slope, part.covariance, slope)
+    u = np.sqrt(part.problem.u[gone] ** 2 + part.variance[gone] + spread)
+    return np.asarray((part.simulated - part.problem.measured)[gone] / u)
 
 
 def left_out(problem: Problem, test: str) -> Flags:

@@ -17,7 +17,8 @@ import numpy as np
 
 from analysis.missing_effect.problem import Array, Indices
 
-REACH = 1.0  # over how many coded half-ranges a smooth term forgets
+REACH = 1.3  # over how many coded half-ranges a smooth term forgets
+ROUGH_REACH, ROUGH = 0.5, 0.2  # the same for what is rough in it, and how much of that it holds, as variances
 SHARE_REACH = 0.7  # and over what difference of shares
 VAGUE = 10.0  # prior of the constant and of a_k, in units of the responses' scatter
 
@@ -69,11 +70,23 @@ class Likeness:
         return total
 
 
-def base_kernels(a: Array, b: Array) -> tuple[Array, Array]:
-    """Return a·b and exp(−|a − b|²/(2 REACH²)) between coded parameters (n, p) and (m, p)."""
-    dot = a @ b.T
-    apart = (a**2).sum(1)[:, None] + (b**2).sum(1)[None] - 2 * dot
-    return dot, np.exp(-np.maximum(apart, 0.0) / (2 * REACH**2))
+def base_kernels(a: Array, b: Array) -> tuple[Array, Array, Array]:
+    """Return the kernels of `BASE_TERMS` between coded parameters (n, p) and (m, p).
+
+    They are a·b, (a·b)² + Σ_j a_j³ b_j³ and e(REACH) + ROUGH e(ROUGH_REACH) over 1 + ROUGH, with e(l) = exp(−|a − b|²/2l²). The
+    cubes are for what saturates in one parameter, the rough part for what no smooth curve follows: without it that would be
+    taken for scatter from seed to seed, and the surrogate would believe too much of itself.
+    """
+    dot, cubes = a @ b.T, a**3 @ (b**3).T
+    apart = np.maximum((a**2).sum(1)[:, None] + (b**2).sum(1)[None] - 2 * dot, 0.0)
+    smooth = np.exp(-apart / (2 * REACH**2)) + ROUGH * np.exp(-apart / (2 * ROUGH_REACH**2))
+    return dot, dot**2 + cubes, smooth / (1 + ROUGH)
+
+
+def own_kernels(a: Array) -> tuple[Array, Array, Array]:
+    """Return the kernels of `BASE_TERMS` of points with themselves (n,)."""
+    dot = (a**2).sum(axis=1)
+    return dot, dot**2 + (a**6).sum(axis=1), np.ones_like(dot)
 
 
 def effect_kernels(s: Array, t: Array, dot: Array, smooth: Array) -> tuple[Array, ...]:
@@ -86,9 +99,9 @@ def effect_kernels(s: Array, t: Array, dot: Array, smooth: Array) -> tuple[Array
 
 def likeness(a: Points, b: Points) -> Likeness:
     """Return the kernels between two sets of points."""
-    dot, smooth = base_kernels(a.x, b.x)
+    dot, quadratic, smooth = base_kernels(a.x, b.x)
     which = np.flatnonzero(np.any(a.share != 0, axis=0))
     s, t = a.share.T[which][:, :, None], b.share.T[which][:, None, :]
     both, *others = effect_kernels(s, t, dot, smooth)
-    base = dict(zip(BASE_TERMS, (dot, dot**2, smooth), strict=True))
+    base = dict(zip(BASE_TERMS, (dot, quadratic, smooth), strict=True))
     return Likeness(base, which, both.sum(axis=0), dict(zip(EFFECT_TERMS, others, strict=True)))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 
-from analysis.missing_effect.fit import Fit, Simulator, at, fit
+from analysis.missing_effect.fit import Fit, Simulator, at, fit, fits
 from analysis.missing_effect.held_out import held_out_errors, root_mean_square
 from analysis.missing_effect.problem import Array, Problem
 from analysis.missing_effect.score import Scores, score_effects
@@ -70,7 +69,7 @@ class Search:
     @cached_property
     def rivals(self) -> tuple[Trial, ...]:
         """The best single addition and those that the data can't tell from it."""
-        return tuple(t for t in self.trials if t.fit.chi2 <= self.trials[0].fit.chi2 + RIVAL)
+        return tuple(t for t in self.trials if t.fit.deviance <= self.trials[0].fit.deviance + RIVAL)
 
     @cached_property
     def detectable_share(self) -> Array:
@@ -95,23 +94,24 @@ def search(
     believed = at(problem, simulator, believed_x, nothing)
     base = fit(problem, simulator)
     scores = score_effects(base, simulator, draws, seed)
-    fits = {k: fit(problem, simulator, (k,), start=base) for k in range(len(problem.candidates))}
-    order = sorted(fits, key=lambda k: fits[k].chi2)
-    trials = tuple(_tried(fits[k], simulator) for k in order)
+    singles = fits(problem, simulator, [(k,) for k in range(len(problem.candidates))], [base] * len(problem.candidates))
+    trials = _tried(sorted(singles, key=lambda f: f.deviance), simulator)
     wanted = bool(trials) and base.p_value < look_for_pairs and trials[0].fit.p_value < look_for_pairs
-    pairs = _pairs(problem, simulator, fits, order) if wanted else ()
-    return Search(problem, believed, _tried(base, simulator), scores, trials, pairs)
+    pairs = _pairs(problem, simulator, trials) if wanted else ()
+    return Search(problem, believed, _tried([base], simulator)[0], scores, trials, pairs)
 
 
-def _tried(found: Fit, simulator: Simulator) -> Trial:
-    return Trial(found, held_out_errors(found, simulator))
+def _tried(found: Sequence[Fit], simulator: Simulator) -> tuple[Trial, ...]:
+    errors = held_out_errors(found, simulator)
+    return tuple(Trial(f, z) for f, z in zip(found, errors, strict=True))
 
 
-def _pairs(problem: Problem, simulator: Simulator, singles: Mapping[int, Fit], order: list[int]) -> tuple[Trial, ...]:
+def _pairs(problem: Problem, simulator: Simulator, singles: Sequence[Trial]) -> tuple[Trial, ...]:
     """Return the best two effects at once and their rivals, each with one of the promising ones; effects add."""
-    found = []
-    for a, b in combinations(order, 2):
-        if order.index(a) < PROMISING:
-            found.append(fit(problem, simulator, (a, b), start=singles[a]))
-    found.sort(key=lambda f: f.chi2)
-    return tuple(_tried(f, simulator) for f in found if f.chi2 <= found[0].chi2 + RIVAL)
+    chosen = [(a, b) for i, a in enumerate(singles[:PROMISING]) for b in singles[i + 1 :]]
+    if not chosen:
+        return ()
+    together = [(*a.effects, *b.effects) for a, b in chosen]
+    found = fits(problem, simulator, together, [a.fit for a, _ in chosen])
+    found.sort(key=lambda f: f.deviance)
+    return _tried([f for f in found if f.deviance <= found[0].deviance + RIVAL], simulator)

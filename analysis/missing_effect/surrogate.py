@@ -25,8 +25,9 @@ from analysis.missing_effect.kernel import (
     base_kernels,
     effect_kernels,
     likeness,
+    own_kernels,
 )
-from analysis.missing_effect.problem import Array
+from analysis.missing_effect.problem import Array, Indices
 
 # Log-normal priors of the scales, in units of the responses' scatter, and for terms of effects of their size: median and
 # spread of the logarithm. They say no more than that noise is smaller than signal and curvature smaller than slope.
@@ -34,10 +35,10 @@ PRIOR = {
     "noise": (0.1, 2.0),
     "linear": (0.5, 1.0),
     "quadratic": (0.15, 1.0),
-    "smooth": (0.1, 1.0),
+    "smooth": (0.2, 0.7),
     "curve": (0.5, 0.7),
     "interaction": (0.3, 0.7),
-    "effect_smooth": (0.15, 0.7),
+    "effect_smooth": (0.4, 0.7),
 }
 LEAST = 1e-4  # noise in units of the scatter, so that deterministic responses stay solvable
 LEAST_SIZE = 0.05  # of an effect in units of the scatter
@@ -143,34 +144,36 @@ class _Group:
             for scales, runs in zip(self._effect, self._runs, strict=True)
         ]
 
-    def _kernels(self, at: Points) -> tuple[Array, dict[int, Array]]:
-        """Return the kernels of base terms (terms, n, runs), and of each acting effect with its own runs."""
-        dot, smooth = base_kernels(at.x, self.points.x)
+    def _kernels(self, at: Points) -> tuple[Array, dict[int, tuple[Indices, Array]]]:
+        """Return the kernels of base terms (terms, n, runs), and of each acting effect where it acts with its own runs."""
+        dot, quadratic, smooth = base_kernels(at.x, self.points.x)
         acting = {}
         for k in np.flatnonzero(np.any(at.share != 0, axis=0)):
-            runs = self._runs[k]
-            shares = at.share[:, k, None], self.points.share[None, runs, k]
-            acting[int(k)] = np.stack(effect_kernels(*shares, dot[:, runs], smooth[:, runs]))
-        return np.stack([np.ones_like(dot), dot, dot**2, smooth]), acting
+            runs, rows = self._runs[k], np.flatnonzero(at.share[:, k])
+            shares, here = (at.share[rows, k, None], self.points.share[None, runs, k]), np.ix_(rows, runs)
+            acting[int(k)] = rows, np.stack(effect_kernels(*shares, dot[here], smooth[here]))
+        return np.stack([np.ones_like(dot), dot, quadratic, smooth]), acting
 
     def mean(self, at: Points) -> Array:
         """Return the means (n, members)."""
         base, acting = self._kernels(at)
         found = self._offset + np.hstack(list(base)) @ self._base_weights
-        for k, kernels in acting.items():
-            found += np.hstack(list(kernels)) @ self._effect_weights[k]
+        for k, (rows, kernels) in acting.items():
+            found[rows] += np.hstack(list(kernels)) @ self._effect_weights[k]
         return found
 
     def variance(self, at: Points) -> Array:
         """Return the variances of the means (n, members)."""
         base, acting = self._kernels(at)
         near = np.einsum("tm,tnr->mnr", self._base, base)
-        dot = (at.x**2).sum(axis=1)
-        own = np.stack([np.ones_like(dot), dot, dot**2, np.ones_like(dot)]).T @ self._base
-        for k, kernels in acting.items():
-            near[:, :, self._runs[k]] += np.einsum("tm,tnr->mnr", self._effect[k], kernels)
-            s = at.share[:, k]
-            own += np.stack(effect_kernels(s, s, dot, np.ones_like(dot))).T @ self._effect[k]
+        dot, quadratic, one = own_kernels(at.x)
+        own = np.stack([one, dot, quadratic, one]).T @ self._base
+        for k, (rows, kernels) in acting.items():
+            near[np.ix_(np.arange(len(near)), rows, self._runs[k])] += np.einsum(
+                "tm,tnr->mnr", self._effect[k], kernels
+            )
+            s = at.share[rows, k]
+            own[rows] += np.stack(effect_kernels(s, s, dot[rows], np.ones_like(s))).T @ self._effect[k]
         known = np.einsum("mnr,mrq,mnq->nm", near, self._inverse, near, optimize=True)
         return self._scatter**2 * np.maximum(own - known, 0.0)
 
@@ -210,23 +213,40 @@ def _scales(near: Likeness, y: Array, size: Array) -> dict[str, float]:
     """Return the scales of largest posterior density."""
     terms = {"noise": np.eye(len(y)), **near.terms(size)}
     fixed = VAGUE**2 * (1 + near.plain) + LEAST**2 * np.eye(len(y))
-    names = list(terms)
-    kernels = np.stack([terms[name] for name in names])
-    start = np.log([PRIOR[name][0] for name in names])
+    names, kernels = list(terms), np.stack(list(terms.values()))
+    middle = np.log([PRIOR[name][0] for name in names])
     spread = np.array([PRIOR[name][1] for name in names])
-
-    def loss(logs: Array) -> tuple[float, Array]:
-        weights = np.exp(2 * logs)
-        factor = cho_factor(fixed + np.tensordot(weights, kernels, 1), lower=True)
-        alpha, inverse = cho_solve(factor, y), cho_solve(factor, np.eye(len(y)))
-        fit = 0.5 * y @ alpha + np.log(np.diag(factor[0])).sum()
-        slope = weights * np.einsum("kij,ij->k", kernels, inverse - np.outer(alpha, alpha))
-        off = (logs - start) / spread
-        return float(fit + 0.5 * off @ off), slope + off / spread
-
     bounds = [(np.log(LEAST), np.log(30.0))] * len(names)
-    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": STEPS})
+    found = minimize(
+        minus_log_posterior,
+        middle,
+        args=(y, fixed, kernels, middle, spread),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=bounds,
+        options={"maxiter": STEPS},
+    )
     return dict(zip(names, np.exp(found.x).tolist(), strict=True))
+
+
+def minus_log_posterior(
+    logs: Array, y: Array, fixed: Array, kernels: Array, middle: Array, spread: Array
+) -> tuple[float, Array]:
+    """Return ½ yᵀC⁻¹y + ½ ln det C + ½ Σ ((ln s − middle)/spread)², C = fixed + Σ s² kernel, and its derivatives by ln s.
+
+    Args:
+        logs: ln s of every term (t,).
+        y: values (n,).
+        fixed, kernels: (n, n), (t, n, n).
+        middle, spread: of the priors of ln s (t,).
+    """
+    weights = np.exp(2 * logs)
+    factor = cho_factor(fixed + np.tensordot(weights, kernels, 1), lower=True)
+    alpha, inverse = cho_solve(factor, y), cho_solve(factor, np.eye(len(y)))
+    fit = 0.5 * y @ alpha + np.log(np.diag(factor[0])).sum()
+    slope = weights * np.einsum("kij,ij->k", kernels, inverse - np.outer(alpha, alpha))
+    off = (logs - middle) / spread
+    return float(fit + 0.5 * off @ off), slope + off / spread
 
 
 def _sizes(points: Points, near: Likeness, y: Array, scale: dict[str, float], size: Array) -> Array:

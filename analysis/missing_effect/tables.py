@@ -46,7 +46,7 @@ def _candidate(found: Search, trial: Trial) -> dict[str, Any]:
         "detectable_share": detectable if np.isfinite(detectable) else float("nan"),
         "at_bound": [key for key, edge in edges(fit).items() if edge],
         "beyond_probed": abs(share) > 1.0,
-        "in_class": fit.chi2 <= found.trials[0].fit.chi2 + RIVAL,
+        "in_class": fit.deviance <= found.trials[0].fit.deviance + RIVAL,
     }
 
 
