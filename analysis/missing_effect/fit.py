@@ -142,6 +142,8 @@ def fits(
         additions: numbers of the candidates whose strengths are fitted too.
         starts: for each a fit near which to begin, or None.
     """
+    if not additions:
+        return []
     search = _Search(problem, simulator)
     begins = [search.starts(effects, start) for effects, start in zip(additions, starts, strict=True)]
     owner = np.repeat(np.arange(len(begins)), [len(b) for b in begins])
