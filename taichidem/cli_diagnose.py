@@ -53,6 +53,9 @@ def diagnose(
     store: Store = None,
     effect_rows: Rows = None,
     base_rows: BaseRows = None,
+    new_tests: Annotated[
+        str | None, typer.Option(help="Types of tests that might be made next, simulated too; 'none' for none of them.")
+    ] = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run again what failed before.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -61,7 +64,8 @@ def diagnose(
     from taichidem.study.diagnosis_plan import plan
 
     read, names, numbers = _read(study), _names(effects), parse_seeds(seeds)
-    runs = plan(read, names, numbers, effect_rows, base_rows).runs  # what is wrong is told before a store is made
+    new = () if new_tests == "none" else _names(new_tests)
+    runs = plan(read, names, numbers, effect_rows, base_rows, new).runs  # what is wrong is told before a store is made
     with _store(read, store) as opened, told_when_stopped(runs, opened), progress(quiet=as_json) as report:
         found = diagnose_study(
             read,
@@ -72,6 +76,7 @@ def diagnose(
             report,
             effect_rows=effect_rows,
             base_rows=base_rows,
+            new_tests=new,
             retry_failed=retry_failed,
         )
     if as_json:
@@ -97,7 +102,7 @@ def add(
     from taichidem.study.diagnosis_plan import plan
 
     read = _read(study)
-    runs = plan(read, [effect], effect_rows=effect_rows, base_rows=base_rows).runs
+    runs = plan(read, [effect], effect_rows=effect_rows, base_rows=base_rows, new_tests=()).runs
     with _store(read, store) as opened, told_when_stopped(runs, opened), progress(quiet=as_json) as report:
         found = add_effect(read, effect, output, opened, report, effect_rows=effect_rows, base_rows=base_rows)
     if as_json:

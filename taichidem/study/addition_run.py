@@ -63,7 +63,7 @@ def add(
     """
     began = time.perf_counter()
     study = study if isinstance(study, Study) else read_study(study)
-    planned = plan(study, [effect], effect_rows=effect_rows, base_rows=base_rows)
+    planned = plan(study, [effect], effect_rows=effect_rows, base_rows=base_rows, new_tests=())
     hypothesis = _hypothesis(planned, effect)
     target = check_new(output)
     tell = report or (lambda stage, share: None)

@@ -90,6 +90,7 @@ def plan(
     seeds: Sequence[int] = SEEDS,
     effect_rows: int | None = None,
     base_rows: int | None = None,
+    new_tests: Iterable[str] | None = None,
 ) -> Plan:
     """Return what a diagnosis will run.
 
@@ -99,6 +100,7 @@ def plan(
         seeds: of the model as it stands.
         effect_rows: design rows per effect; 4, or 12 where no test has a scatter.
         base_rows: space-filling rows without an effect; three per calibrated parameter, eight where no test has a scatter.
+        new_tests: types of tests that might be made next and are simulated too; all that propose themselves by default.
 
     Raises:
         FileError: (an InputError) what is wrong with the measurements.
@@ -114,7 +116,7 @@ def plan(
     base = 8 * len(study.calibrate) if base_rows is None and exact else base_rows
     found = hypotheses(study, effects)
     design = screening_design(study.calibrate, found.tested, base, per_effect)
-    new = {proposal.experiment.name: proposal for proposal in proposals(study)}
+    new = {proposal.experiment.name: proposal for proposal in proposals(study, new_tests)}
     extra: dict[str, Experiment] = {name: proposal.experiment for name, proposal in new.items()}
     rows = row_runs(study, found, design, study.experiments, extra)
     return Plan(study, measurements, found, design, rows, study_runs(study, None, seeds), new)

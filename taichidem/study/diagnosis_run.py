@@ -44,6 +44,7 @@ def diagnose(
     *,
     effect_rows: int | None = None,
     base_rows: int | None = None,
+    new_tests: Iterable[str] | None = None,
     retry_failed: bool = False,
 ) -> Diagnosis:
     """Re-calibrate a study's model, put every effect that it lacks on trial, and come to one verdict of five.
@@ -55,7 +56,7 @@ def diagnose(
         store: that keeps the runs, or its file; by default runs.sqlite in the study's folder.
         output: folder for verdict.json and pictures; by default results in the study's folder.
         report: called with the stage and the share done, for a progress bar.
-        effect_rows, base_rows: sizes of the screening design; see `plan`.
+        effect_rows, base_rows, new_tests: what is simulated; see `plan`.
         retry_failed: run those again that failed before.
 
     Returns:
@@ -67,7 +68,7 @@ def diagnose(
     """
     began = time.perf_counter()
     study = study if isinstance(study, Study) else read_study(study)
-    planned = plan(study, effects, seeds, effect_rows, base_rows)
+    planned = plan(study, effects, seeds, effect_rows, base_rows, new_tests)
     folder = writable(study.path / RESULTS if output is None else output)
     tell = report or (lambda stage, share: None)
     tell("simulating", 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from taichidem import plugins
@@ -20,11 +21,19 @@ class Proposal:
     uncertainties: dict[str, float]
 
 
-def proposals(study: Study) -> list[Proposal]:
-    """Return a test of every registered type that proposes itself and of which the study has none."""
+def proposals(study: Study, only: Iterable[str] | None = None) -> list[Proposal]:
+    """Return a test of every registered type that proposes itself and of which the study has none.
+
+    Args:
+        study: whose grains and materials the tests take.
+        only: names of types; all by default.
+
+    Raises:
+        InputError: a type among `only` that is not registered.
+    """
     there = {entry.type for entry in study.experiments.values()}
     found = []
-    for name in plugins.names("experiment"):
+    for name in plugins.names("experiment") if only is None else only:
         kind: type[Experiment] = plugins.get("experiment", name)
         settings, uncertainties = kind.proposed(study.particle.diameter)
         if name in there or not uncertainties:

@@ -63,17 +63,9 @@ def _base(calibrate: Sequence[Calibration], count: int) -> pd.DataFrame:
 
 
 def _edges(calibrate: Sequence[Calibration]) -> pd.DataFrame:
-    """Return runs at the ends of the ranges: definitive screening from three parameters on, else all combinations."""
-    space = _space(calibrate)
-    if len(calibrate) >= 3:
-        design = plugins.get("design", "definitive_screening")().generate(space, seed=DESIGN_SEED)
-    else:
-        design = (
-            plugins.get("design", "central_composite")(face="faced", centre_points=0) if len(calibrate) == 2 else None
-        )
-        if design is None:
-            return pd.DataFrame({calibrate[0].key: [calibrate[0].low, calibrate[0].high]})
-        design = design.generate(space, seed=DESIGN_SEED)
+    """Return runs at the ends of the ranges: definitive screening from three parameters on, else all of three levels."""
+    name, settings = ("definitive_screening", {}) if len(calibrate) >= 3 else ("full_factorial", {"levels_each": 3})
+    design = plugins.get("design", name)(**settings).generate(_space(calibrate), seed=DESIGN_SEED)
     table = design.table[[c.key for c in calibrate]]
     middle = np.all([np.isclose(table[c.key], (c.low + c.high) / 2) for c in calibrate], axis=0)
     return table[~middle]
