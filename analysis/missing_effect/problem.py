@@ -145,8 +145,12 @@ class Problem:
 
     @cached_property
     def logarithmic(self) -> Flags:
-        """Which parameters are coded by their logarithm: those whose range spans more than a factor WIDE (p,)."""
-        return (self.low > 0) & (self.high > WIDE * self.low)
+        """Which parameters are coded by their logarithm (p,).
+
+        Those whose range spans more than a factor WIDE, unless 0 or less is believed of them, which has none.
+        """
+        believed = np.array([p.believed for p in self.parameters], float)
+        return (self.low > 0) & (self.high > WIDE * self.low) & (believed > 0)
 
     @cached_property
     def _ends(self) -> tuple[Array, Array]:

@@ -204,3 +204,9 @@ def test_coding_goes_there_and_back(good):
     assert wide.natural(wide.coded(values)) == pytest.approx(values)
     step = approx_fprime(wide.coded(values), lambda v: wide.natural(v).sum(), 1e-6)
     assert wide.natural_slope(wide.coded(values)) == pytest.approx(step, rel=1e-4)
+
+
+def test_what_is_believed_to_be_zero_is_not_coded_by_its_logarithm(good):
+    wide = replace(good, parameters=(Parameter("a", 0.01, 1.0, 0.0), Parameter("b", 0.01, 1.0, 0.5)))
+    assert wide.logarithmic.tolist() == [False, True]
+    assert np.isfinite(wide.coded(np.array([0.0, 0.5]))).all()
