@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
 import pandas as pd
 
 from analysis.base import Analyser
-from analysis.errors import AnalysisError
 from analysis.missing_effect.kernel import Points
 from analysis.missing_effect.next_measurement import NEW_TEST, Proposal, options, part_rivals, see_more
 from analysis.missing_effect.problem import Candidate, Parameter, Problem
+from analysis.missing_effect.run_input import check_runs, columns_of, points_of, records, testable
 from analysis.missing_effect.search import Search, search
 from analysis.missing_effect.surrogate import Surrogate
 from analysis.missing_effect.tables import candidate_table, error_table, parameter_table
@@ -21,8 +20,6 @@ from analysis.missing_effect.verdict import CANNOT_TELL, EFFECT, NOTHING_MISSING
 from analysis.missing_effect.wording import next_sentence, sentences, what_to_do
 from analysis.report import Report
 from designs.space import FactorSpace
-
-FEWEST_RUNS = 2  # of an effect that must have given every response
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,76 +61,25 @@ class MissingEffect(Analyser):
         """Return the report; `details` holds search, verdict, proposal and what could not be tested.
 
         Raises:
-            AnalysisError: measurements or parameters missing, or no more measurements than parameters.
+            AnalysisError: tables, columns or numbers missing or impossible, or no more measurements than parameters.
         """
-        given = self._given()
+        given = columns_of(self.measurements, ("label", "test", "value", "u"), "measurements")
+        parameters = records(Parameter, columns_of(self.parameters, ("key", "low", "high", "believed"), "parameters"))
+        candidates = records(Candidate, columns_of(self.candidates, ("name",), "candidates"))
+        new = columns_of(self.new_tests, ("label", "u"), "new_tests").to_dict("records")
         labels = list(given["label"])
-        new = [] if self.new_tests is None else self.new_tests.to_dict("records")
-        _check_columns(table, [*labels, *(row["label"] for row in new), "effect", "share"])
-        kept, dropped = _testable(table, labels, _records(Candidate, self.candidates))
-        problem = Problem(
-            tuple(labels),
-            tuple(given["test"]),
-            given["value"].to_numpy(float),
-            given["u"].to_numpy(float),
-            tuple(_records(Parameter, self.parameters)),
-            tuple(kept),
-        )
+        check_runs(table, [*labels, *(row["label"] for row in new)], [p.key for p in parameters])
+        kept, dropped = testable(table, labels, candidates)
+        values = given["value"].to_numpy(float), given["u"].to_numpy(float)
+        problem = Problem(tuple(labels), tuple(given["test"]), *values, tuple(parameters), tuple(kept))
         known = table[table["effect"].isin(["", *(c.name for c in kept)])]
-        points = _points(known, problem)
+        points = points_of(known, problem)
         simulator = Surrogate(points, known[labels].to_numpy(float), labels)
         levels = Levels()
         found = search(problem, simulator, draws=self.draws, seed=self.seed, look_for_pairs=levels.fit)
         verdict = decide(found, levels)
         proposal = _next(found, verdict, simulator, _unmeasured(known, points, new), new)
         return _report(self.name, found, verdict, proposal, dropped, simulator)
-
-    def _given(self) -> pd.DataFrame:
-        if self.measurements is None or self.measurements.empty:
-            raise AnalysisError("missing_effect needs measurements: a table with the columns label, test, value and u.")
-        return self.measurements
-
-
-def _records(kind: type, table: pd.DataFrame | None) -> list[Any]:
-    """Return a dataclass per row; what is NaN counts as not given."""
-    if table is None:
-        return []
-    names = {f.name for f in fields(kind)}
-    rows = table.to_dict("records")
-    return [kind(**{str(k): None if v != v else v for k, v in row.items() if k in names}) for row in rows]
-
-
-def _check_columns(table: pd.DataFrame, wanted: Sequence[str]) -> None:
-    missing = [name for name in wanted if name not in table.columns]
-    if missing:
-        raise AnalysisError(f"The table of runs lacks the columns {', '.join(missing)}. Give one per response.")
-
-
-def _testable(
-    table: pd.DataFrame, labels: Sequence[str], candidates: Sequence[Candidate]
-) -> tuple[list[Candidate], dict[str, str]]:
-    """Return the candidates of which enough runs gave every response, and why the others are not tested."""
-    kept, dropped = [], {}
-    for candidate in candidates:
-        good = table.loc[table["effect"] == candidate.name, list(labels)].notna().sum()
-        worst = str(good.idxmin())
-        if good[worst] >= FEWEST_RUNS:
-            kept.append(candidate)
-        else:
-            dropped[candidate.name] = (
-                f"{int(good[worst])} of its runs gave {worst}; {FEWEST_RUNS} are needed to tell what it does there."
-            )
-    return kept, dropped
-
-
-def _points(table: pd.DataFrame, problem: Problem) -> Points:
-    """Return the simulated points in coded parameters and shares per candidate."""
-    x = np.array([problem.coded(row) for row in table[[p.key for p in problem.parameters]].to_numpy(float)])
-    share = np.zeros((len(table), len(problem.candidates)))
-    for k, candidate in enumerate(problem.candidates):
-        acts = (table["effect"] == candidate.name).to_numpy()
-        share[acts, k] = table["share"].to_numpy(float)[acts]
-    return Points(x.reshape(len(table), len(problem.parameters)), share)
 
 
 def _unmeasured(table: pd.DataFrame, points: Points, new: list[dict[Any, Any]]) -> Surrogate | None:

@@ -18,13 +18,10 @@ from analysis.missing_effect.problem import Array, Flags
 Residuals = Callable[[Array, Flags], tuple[Array, Array]]
 
 MOST_STEPS = 60
-FIRST_DAMPING, EASED, STIFFENED = (
-    1e-3,
-    0.2,
-    5.0,
-)  # in units of the diagonal of JᵀJ; what a good and a bad step make of it
+FIRST_DAMPING = 1e-3  # in units of the diagonal of JᵀJ
+EASED, STIFFENED = 0.2, 5.0  # what a good step and a bad one make of it
 MOST_DAMPING = 1e8
-SETTLED = 1e-5  # coded length of a step, or change of Σ r², that counts as none
+SETTLED = 1e-4  # coded length of a step, or change of Σ r², that counts as none
 FLAT = 1e-9  # curvature that a direction is given at least
 
 

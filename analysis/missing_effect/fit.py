@@ -76,8 +76,8 @@ class Fit:
 
     @property
     def dof(self) -> int:
-        """Degrees of freedom: measurements that were fitted, less parameters and strengths."""
-        return int(self.kept.sum()) + len(self.problem.direct) - len(self.x) - len(self.effects)
+        """Degrees of freedom: measurements that were fitted, less parameters and strengths that are not at a bound."""
+        return int(self.kept.sum()) + len(self.problem.direct) - int(self.free.sum())
 
     @property
     def p_value(self) -> float:
@@ -86,9 +86,9 @@ class Fit:
 
     @property
     def aicc(self) -> float:
-        """Akaike's criterion with its small-sample term, χ² + 2k + 2k(k + 1)/(n − k − 1); infinite without room for it."""
+        """Akaike's criterion with its small-sample term, deviance + 2k + 2k(k + 1)/(n − k − 1); infinite without room for it."""
         k, n = len(self.x) + len(self.effects), int(self.kept.sum()) + len(self.problem.direct)
-        return self.chi2 + 2 * k + 2 * k * (k + 1) / (n - k - 1) if n > k + 1 else float("inf")
+        return self.deviance + 2 * k + 2 * k * (k + 1) / (n - k - 1) if n > k + 1 else float("inf")
 
     @cached_property
     def free(self) -> Flags:
@@ -105,17 +105,22 @@ class Fit:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of coded parameters and shares, (JᵀV⁻¹J)⁻¹; what the data don't fix is limited by its range."""
+        """Covariance of coded parameters and shares, (JᵀV⁻¹J + R⁻¹)⁻¹.
+
+        R holds the variances of even distributions over the ranges, 1/3 and LARGEST²/12: what the data don't fix is limited by
+        its range.
+        """
         j = self.weighted_slope
-        ranges = np.full(j.shape[1], 1 / 3.0)  # a uniform range of ±1 has the variance 1/3
-        return np.linalg.inv(j.T @ j + np.diag(1e-6 / ranges))
+        two_sided = np.array([self.problem.candidates[k].two_sided for k in self.effects], bool)
+        shares = (LARGEST * (1 + two_sided)) ** 2 / 12
+        return np.linalg.inv(j.T @ j + np.diag(1 / np.concatenate([np.full(len(self.x), 1 / 3), shares])))
 
 
 def direct_slope(problem: Problem, x: Array, columns: int) -> Array:
-    """Return the derivatives of standardised direct measurements by what is fitted (direct, columns)."""
+    """Return the derivatives of standardised direct measurements by what is fitted, (…, p) → (…, direct, columns)."""
     which = list(problem.direct)
-    rows = np.zeros((len(which), columns))
-    rows[np.arange(len(which)), which] = problem.natural_slope(x)[which] / problem.direct_values[1]
+    rows = np.zeros((*x.shape[:-1], len(which), columns))
+    rows[..., np.arange(len(which)), which] = problem.natural_slope(x)[..., which] / problem.direct_values[1]
     return rows
 
 
@@ -148,7 +153,7 @@ def fits(
     begins = [search.starts(effects, start) for effects, start in zip(additions, starts, strict=True)]
     owner = np.repeat(np.arange(len(begins)), [len(b) for b in begins])
     kept = np.ones((len(owner), len(problem.labels)), bool)
-    ends = search.run(np.vstack(begins), [additions[int(i)] for i in owner], kept, ROUNDS)
+    ends = search.run(np.vstack(begins), [additions[i] for i in owner.tolist()], kept, ROUNDS)
     return [
         min((end for end, i in zip(ends, owner, strict=True) if i == wanted), key=lambda end: end.deviance)
         for wanted in range(len(begins))
@@ -231,7 +236,7 @@ class _Search:
     def _values(self, v: Array, which: Indices) -> tuple[Array, Array]:
         """Return the responses at points (B, m) and their derivatives (B, m, d)."""
         count, d = v.shape
-        around = (v[:, None] + np.vstack([np.zeros(d), STEP * np.eye(d)])).reshape(-1, d)
+        around = (v[:, None] + np.vstack([np.zeros(d), STEP * np.eye(d)])).reshape(count * (d + 1), d)
         values = self.simulator.mean(*self._split(around, np.repeat(which, d + 1, axis=0))).reshape(count, d + 1, -1)
         return values[:, 0], (values[:, 1:] - values[:, :1]).transpose(0, 2, 1) / STEP
 
@@ -244,7 +249,7 @@ class _Search:
     def _running(self, which: Indices, sigma: Array, kept: Flags, v: Array, running: Flags) -> tuple[Array, Array]:
         """Return standardised errors and their derivatives (B, n, d) of those descents that are still running."""
         values, slope = self._values(v, which[running])
-        direct = np.stack([direct_slope(self.problem, one[: self.p], v.shape[1]) for one in v])
+        direct = direct_slope(self.problem, v[:, : self.p], v.shape[1])
         weight = (kept[running] / sigma[running])[..., None]
         errors = self._errors(v, values, sigma[running], kept[running])
         return errors, np.concatenate([slope * weight, direct], axis=1)

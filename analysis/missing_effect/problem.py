@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -95,9 +96,20 @@ class Problem:
     def __post_init__(self) -> None:
         m = len(self.labels)
         if not (len(self.tests) == len(self.measured) == len(self.u) == m > 0):
-            raise AnalysisError(f"{m} responses need a test, a value and an uncertainty each; at least one is needed.")
-        if not (np.all(np.isfinite(self.measured)) and np.all(np.isfinite(self.u)) and np.all(self.u > 0)):
-            raise AnalysisError("Measured values must be finite and their standard uncertainties above 0.")
+            raise AnalysisError(
+                f"There are {m} responses with {len(self.tests)} tests, {len(self.measured)} values and {len(self.u)} "
+                "uncertainties. At least one response is needed, and one of each for every response."
+            )
+        _check_names(self.labels, "Responses")
+        _check_names([p.key for p in self.parameters], "Parameters")
+        _check_names([c.name for c in self.candidates], "Candidates")
+        for label, value, u in zip(self.labels, self.measured.tolist(), self.u.tolist(), strict=True):
+            if not (np.isfinite(value) and np.isfinite(u) and u > 0):
+                raise AnalysisError(
+                    f"{label}: measured {value:g} with u = {u:g}. A value must be finite and its standard uncertainty above 0."
+                )
+        for parameter in self.parameters:
+            _check_parameter(parameter)
         if self.count <= len(self.parameters):
             raise AnalysisError(
                 f"There are {self.count} measurements for {len(self.parameters)} parameters that may be re-calibrated. With as "
@@ -133,8 +145,12 @@ class Problem:
 
     @cached_property
     def logarithmic(self) -> Flags:
-        """Which parameters are coded by their logarithm: those whose range spans more than a factor WIDE (p,)."""
-        return (self.low > 0) & (self.high > WIDE * self.low)
+        """Which parameters are coded by their logarithm (p,).
+
+        Those whose range spans more than a factor WIDE, unless 0 or less is believed of them, which has none.
+        """
+        believed = np.array([p.believed for p in self.parameters], float)
+        return (self.low > 0) & (self.high > WIDE * self.low) & (believed > 0)
 
     @cached_property
     def _ends(self) -> tuple[Array, Array]:
@@ -163,3 +179,24 @@ class Problem:
     def number(self, name: str) -> int:
         """Return the number of a candidate."""
         return [c.name for c in self.candidates].index(name)
+
+
+def _check_names(names: Sequence[str], what: str) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise AnalysisError(f"{what} need different names; given more than once: {', '.join(twice)}.")
+
+
+def _check_parameter(p: Parameter) -> None:
+    if not (np.isfinite(p.low) and np.isfinite(p.high) and p.low < p.high):
+        raise AnalysisError(
+            f"{p.key}: range from {p.low:g} to {p.high:g}. It must be finite and rise; a parameter that can't move "
+            "is left out instead."
+        )
+    if not np.isfinite(p.believed):
+        raise AnalysisError(f"{p.key}: believed {p.believed:g}. Give the number that the model holds now.")
+    if p.value is not None and not (np.isfinite(p.value) and p.u is not None and np.isfinite(p.u) and p.u > 0):
+        raise AnalysisError(
+            f"{p.key}: measured directly as {p.value:g} with u = {p.u}. The value must be finite and u above 0; without a "
+            "direct measurement leave both out."
+        )

@@ -22,6 +22,8 @@ from analysis.missing_effect.fit import Fit, Simulator
 from analysis.missing_effect.problem import Array, Flags
 
 DELTAS = (0.4, 1.0)  # shares at which the signature of an effect is taken
+GRID = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0)  # shares at which it is seen how much an effect shows
+POWER = 0.8416  # standard normal quantile of 80 %
 TINY = 1e-12
 
 
@@ -34,7 +36,7 @@ class Scores:
         adjusted_p: familywise p-values (K,).
         eta: (K,).
         rho: (K, K), at full strength.
-        information: √(j_kᵀ M j_k) at full strength, the score that full strength is worth (K,).
+        detectable_share: at which each effect is seen with 80 % probability; infinite where never (K,).
         threshold: 95 % quantile of the largest score if nothing is missing.
         draws: number of bootstrap draws.
     """
@@ -43,7 +45,7 @@ class Scores:
     adjusted_p: Array
     eta: Array
     rho: Array
-    information: Array
+    detectable_share: Array
     threshold: float
     draws: int
 
@@ -75,7 +77,26 @@ def score_effects(base: Fit, simulator: Simulator, draws: int, seed: int) -> Sco
         draws + 1
     )
     threshold = float(np.quantile(peaks, 0.95))
-    return Scores(score, adjusted, eta, np.nan_to_num(rho), np.sqrt(np.maximum(power, 0)), threshold, draws)
+    detectable = detectable_shares(base, simulator, project, threshold + POWER)
+    return Scores(score, adjusted, eta, np.nan_to_num(rho), detectable, threshold, draws)
+
+
+def detectable_shares(base: Fit, simulator: Simulator, project: Array, wanted: float) -> Array:
+    """Return the least share of each effect whose score is expected to be `wanted` (K,).
+
+    It is that at which |M^½ (S(θ̂, β) − S(θ̂, 0))| reaches it, with straight lines between the shares of `GRID` and beyond.
+    """
+    grid = np.array([0.0, *GRID])
+    rows = [delta * np.linalg.norm(signatures(base, simulator, delta) @ project, axis=1) for delta in GRID]
+    found = np.full(len(rows[0]), np.inf)
+    for k, heights in enumerate(np.vstack([np.zeros_like(rows[:1]), rows]).T):
+        above = np.flatnonzero(heights >= wanted)
+        if len(above):
+            before = slice(above[0] - 1, above[0] + 1)
+            found[k] = np.interp(wanted, heights[before], grid[before])
+        elif heights[-1] > np.sqrt(TINY):
+            found[k] = wanted / heights[-1]
+    return found
 
 
 def _counts(score: Array, base: Fit) -> Flags:

@@ -13,8 +13,7 @@ from analysis.missing_effect.held_out import held_out_errors, root_mean_square
 from analysis.missing_effect.problem import Array, Problem
 from analysis.missing_effect.score import Scores, score_effects
 
-RIVAL = 6.0  # χ² by which an explanation may be worse than the best and still can't be told from it: odds of e³ = 20
-POWER = 0.8416  # standard normal quantile of 80 %
+RIVAL = 9.2  # deviance by which an explanation may be worse than the best and still be in question: odds of 100 to 1
 PROMISING = 4  # pairs are looked for among these effects and all others
 
 
@@ -70,12 +69,6 @@ class Search:
     def rivals(self) -> tuple[Trial, ...]:
         """The best single addition and those that the data can't tell from it."""
         return tuple(t for t in self.trials if t.fit.deviance <= self.trials[0].fit.deviance + RIVAL)
-
-    @cached_property
-    def detectable_share(self) -> Array:
-        """Share at which each effect would have been seen with 80 % probability (K,); infinite where never."""
-        with np.errstate(divide="ignore"):
-            return (self.scores.threshold + POWER) / self.scores.information
 
 
 def search(

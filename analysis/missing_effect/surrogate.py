@@ -1,7 +1,8 @@
 """A surrogate of the simulator: what each response would be between the points that were simulated, and how sure that is.
 
 Gaussian-process regression with the kernel of `kernel.py`; the scales of its terms are estimated per response by the largest
-posterior density under weak priors.
+posterior density under weak priors. That they are estimated is counted as in regression: with t of them from n runs, variances
+are larger by n/(n − t).
 
 Source: Rasmussen & Williams, "Gaussian Processes for Machine Learning" (2006), ch. 2 and 5.
 """
@@ -70,6 +71,13 @@ class Response:
         """Scatter from seed to seed, in the response's unit."""
         return self.scale["noise"] * self.scatter
 
+    @property
+    def doubt(self) -> float:
+        """By how much variances are larger since scales and sizes were estimated from the same n runs, n/(n − t)."""
+        n = len(self.weights)
+        estimated = len(self.scale) + int(np.any(self.points.share != 0, axis=0).sum())
+        return n / max(n - estimated, 1)
+
 
 class Surrogate:
     """Surrogates of several responses.
@@ -128,7 +136,7 @@ class _Group:
         chosen = [responses[i] for i in members]
         self.points = chosen[0].points
         self._offset = np.array([r.mean for r in chosen])
-        self._scatter = np.array([r.scatter for r in chosen])
+        self._unit = np.array([r.doubt * r.scatter**2 for r in chosen])
         self._inverse = np.stack([r.inverse for r in chosen])
         alpha = np.stack([r.scatter * r.weights for r in chosen], axis=1)  # (n, m)
         self._base = _scales_of(chosen, BASE_TERMS)  # (terms, m)
@@ -175,7 +183,7 @@ class _Group:
             s = at.share[rows, k]
             own[rows] += np.stack(effect_kernels(s, s, dot[rows], np.ones_like(s))).T @ self._effect[k]
         known = np.einsum("mnr,mrq,mnq->nm", near, self._inverse, near, optimize=True)
-        return self._scatter**2 * np.maximum(own - known, 0.0)
+        return self._unit * np.maximum(own - known, 0.0)
 
 
 def _scales_of(responses: Sequence[Response], names: Sequence[str]) -> Array:

@@ -22,7 +22,7 @@ def candidate_table(found: Search) -> pd.DataFrame:
 def _candidate(found: Search, trial: Trial) -> dict[str, Any]:
     (k,) = trial.effects
     c, fit, scores = found.problem.candidates[k], trial.fit, found.scores
-    share, detectable = float(fit.share[k]), float(found.detectable_share[k])
+    share, detectable = float(fit.share[k]), float(found.scores.detectable_share[k])
     return {
         "effect": c.name,
         "title": c.title,
@@ -34,6 +34,7 @@ def _candidate(found: Search, trial: Trial) -> dict[str, Any]:
         "share": share,
         "chi2_drop": found.base.fit.chi2 - fit.chi2,
         "chi2": fit.chi2,
+        "deviance": fit.deviance,
         "dof": fit.dof,
         "p_fit": fit.p_value,
         "score": float(scores.score[k]),

@@ -52,9 +52,10 @@ def decide(found: Search, levels: Levels = Levels()) -> Verdict:
     """Return the verdict.
 
     An alarm is a score that is significant among all, or a χ² that re-calibration could not bring down. Without an alarm nothing
-    is missing, if these data could have shown it. With one, the best addition must bring χ² down to what chance gives and
-    predict tests that it was not fitted to better than the model without it; whatever comes within `RIVAL` of it is named
-    beside it.
+    is missing, if these data could have shown it. With one, there must be more measurements than unknowns to check an addition
+    by; the best one must bring χ² down to what chance gives, improve on re-calibration by as much as the largest score must, and
+    predict tests that it was not fitted to better than the model without it; whatever comes within `RIVAL` of it and predicts
+    better too is named beside it.
     """
     seen = _significant(found, levels)
     misfit = found.base.fit.p_value < levels.misfit
@@ -63,9 +64,11 @@ def decide(found: Search, levels: Levels = Levels()) -> Verdict:
     best = found.best
     if best is None:
         return Verdict(SOMETHING_ELSE, (), "no_candidates")
+    if found.problem.count <= len(found.problem.parameters) + 1:
+        return Verdict(CANNOT_TELL, (), "unchecked")
     if best.fit.p_value < levels.fit:
         return _no_single_one(found, levels)
-    if not seen:
+    if not seen and found.base.fit.deviance - best.fit.deviance < found.scores.threshold**2:
         return Verdict(SOMETHING_ELSE, (), "no_direction")
     named = tuple(t for t in found.rivals if _predicts_better(t, found.base))
     if not named:
@@ -79,7 +82,7 @@ def _significant(found: Search, levels: Levels) -> bool:
 
 def could_have_shown(found: Search) -> bool:
     """Return whether enough of the effects would have been seen at their strongest."""
-    share = found.detectable_share
+    share = found.scores.detectable_share
     return bool(len(share)) and float(np.mean(share <= 1.0)) >= VISIBLE
 
 

@@ -36,7 +36,7 @@ def _finding(found: Search, verdict: Verdict) -> tuple[str, ...]:
         )
     if verdict.word == ONE_OF:
         names = [_with_strength(found.problem, trial) for trial in verdict.named]
-        alike = "These data can't tell them apart: χ² differs by less than 6 between them."
+        alike = "These data can't tell them apart: between them the odds are below 100 to 1."
         return (f"What is missing is one of these: {'; '.join(names)}.", alike, _gain(found, verdict.named[0]))
     return _no_name(found, verdict)
 
@@ -47,6 +47,11 @@ def _no_name(found: Search, verdict: Verdict) -> tuple[str, ...]:
             return (
                 "These data can't tell whether something is missing: re-calibration would imitate most effects, strong ones too.",
                 limits(found),
+            )
+        if verdict.why == "unchecked":
+            return (
+                "Something is missing, but there are so few measurements that any effect would fit them perfectly: none is "
+                "named, for nothing is left to check it by. Measure more.",
             )
         return (
             "Something is missing, but no effect of the library predicts tests that it was not fitted to better than the model "
@@ -76,7 +81,7 @@ def _gain(found: Search, trial: Trial) -> str:
 
 def limits(found: Search) -> str:
     """Return the smallest strengths that would have been seen, those that are seen best first."""
-    share = found.detectable_share
+    share = found.scores.detectable_share
     order = [k for k in np.argsort(share) if np.isfinite(share[k])]
     told = [_limit(found.problem.candidates[k], float(share[k])) for k in order[:MOST_LIMITS]]
     if not told:
