@@ -2,7 +2,8 @@
 
 Rivals A and B predict a measurement x as S_A ± s_A and S_B ± s_B, s from what their own re-calibration leaves open; measured
 with u they lie d(x) = |S_A − S_B|/√(u² + s_A² + s_B²) standard uncertainties apart. Of all that could be measured, that with the
-largest smallest d between the best explanation and each of its rivals comes first, so neither is taken to be true beforehand.
+largest Σ min(d, 3) between the best explanation and its rivals comes first: it rules out most of them. Neither side is taken to be
+true beforehand.
 
 Without rivals the measurement is proposed that adds most to what the data could show: the mean over the effects of
 ln √(j_kᵀ M j_k).
@@ -27,6 +28,7 @@ SHARPER = 0.5  # what four times as many repeats leave of an uncertainty
 DIRECT = 0.05  # of its range: how well a parameter can be measured directly, if nothing better is known
 LEAST_GAIN = 0.05  # in the mean logarithm of what can be seen, below which no measurement is worth proposing
 LEAST_SEPARATION = 1.0  # standard uncertainties
+ENOUGH = 3.0  # standard uncertainties, beyond which two predictions are apart, and farther is no better
 
 
 @dataclass(frozen=True)
@@ -117,16 +119,12 @@ def _new_responses(found: Fit, new: Simulator) -> tuple[Array, Array, Array]:
 
 
 def part_rivals(trials: Sequence[Trial], new: Simulator | None, wanted: tuple[Option, ...]) -> Proposal | None:
-    """Return the measurement that parts the first of these models best from all others, or None where none does.
-
-    Where no single one parts it from all, that which parts it from the one it can be parted from best.
-    """
+    """Return the measurement that parts the first of these models best from the others, or None where none does."""
     first, *others = (outlook(t.fit, new) for t in trials)
     u = np.array([option.u for option in wanted])
     apart = np.stack([np.abs(first.values - v.values) / np.sqrt(u**2 + first.spread**2 + v.spread**2) for v in others])
-    for_all = apart.min(axis=0).max() >= LEAST_SEPARATION
-    best = int((apart.min(axis=0) if for_all else apart.max(axis=0)).argmax())
-    rival = int(apart[:, best].argmin() if for_all else apart[:, best].argmax())
+    best = int(np.minimum(apart, ENOUGH).sum(axis=0).argmax())
+    rival = int(apart[:, best].argmax())
     if apart[rival, best] < LEAST_SEPARATION:
         return None
     names = [t.effects[0] if t.effects else NO_EFFECT for t in trials]

@@ -68,7 +68,7 @@ def test_a_test_that_parts_the_best_from_all_rivals_goes_before_one_that_parts_i
         Option(o.kind, o.label, 1e6) for o in options(found, [], [])
     )
     assert part_rivals(found.rivals, new, wanted).option.label == "all"
-    new.effects[1, others] = 4.0
+    new.effects[1, others] = [4.0, 3.0]  # a little from each is less than plainly from one
     assert part_rivals(found.rivals, new, wanted).option.label == "one"
 
 
