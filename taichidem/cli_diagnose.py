@@ -33,6 +33,7 @@ BaseRows = Annotated[
     int | None, typer.Option(help="Simulated points without an effect, beyond centre and edges.", min=0)
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")]
+WIDE = 100  # columns of a terminal that has room for everything
 SHOWN = 12  # candidates printed; verdict.json holds all
 
 
@@ -166,20 +167,18 @@ def _store(study: Study, path: Path | None) -> Iterator[RunStore]:
 
 def _print_diagnosis(found: Diagnosis) -> None:
     shown = Table(title=found.study, box=box.SIMPLE_HEAD, padding=(0, 1), collapse_padding=True, pad_edge=False)
+    console = Console()
+    wide = console.width >= WIDE
     shown.add_column("effect", no_wrap=True)
-    for heading in ("strength", "χ²", "adj. p", "η", "held out", "would be seen from"):
+    for heading in ("strength", "χ²", "adj. p", *(("η", "held out", "seen from") if wide else ())):
         shown.add_column(heading, justify="right", no_wrap=True)
     for row in found.table[:SHOWN]:
-        cells = [
-            _strength(row),
-            f"{row['chi2']:.3g}",
-            f"{row['adjusted_p']:.2g}",
-            f"{row['eta']:.2f}",
-            f"{row['held_out_error']:.2g}",
-            f"{row['detection_limit']:.2g}" if row["detection_limit"] == row["detection_limit"] else "–",
-        ]
+        cells = [_strength(row), f"{row['chi2']:.3g}", f"{row['adjusted_p']:.1g}"]
+        if wide:
+            limit = row["detection_limit"]
+            cells += [f"{row['eta']:.2f}", f"{row['held_out_error']:.2g}", f"{limit:.2g}" if limit == limit else "–"]
         shown.add_row(row["effect"], *cells, style="bold" if row["effect"] in found.effects else None)
-    Console().print(shown)
+    console.print(shown)
     typer.echo(f"Verdict: {found.verdict}{': ' + ', '.join(found.effects) if found.effects else ''}\n\n{found.text}\n")
     for line in found.advice:
         typer.echo(line)
