@@ -1,9 +1,9 @@
 """Which measurement to make next: the one that parts rival explanations most, or lets the data see more.
 
 Rivals A and B predict a measurement x as S_A ± s_A and S_B ± s_B, s from what their own re-calibration leaves open; measured
-with u they lie d(x) = |S_A − S_B|/√(u² + s_A² + s_B²) standard uncertainties apart. Of all that could be measured, that with the
-largest Σ min(d, 3) between the best explanation and its rivals comes first: it rules out most of them. Neither side is taken to be
-true beforehand.
+with u they lie d(x) = |S_A − S_B|/√(u² + s_A² + s_B²) standard uncertainties apart. Of all that could be measured, that with
+the largest Σ min(d, 3) between the best explanation and its rivals comes first: it rules out most of them. Neither side is taken
+to be true beforehand.
 
 Without rivals the measurement is proposed that adds most to what the data could show: the mean over the effects of
 ln √(j_kᵀ M j_k).

@@ -214,7 +214,7 @@ def test_the_command_line_says_the_verdict(tmp_path, capsys):
         cli.main(["add", str(folder), "cohesion_area", "-o", str(tmp_path / "new")])
     assert end.value.code == 0
     printed = capsys.readouterr().out
-    assert "with cohesion_area" in printed
+    assert "cohesion_area was added with" in printed
     assert "re-calibrated" in printed
     with pytest.raises(SystemExit) as end:
         cli.main(["diagnose", str(folder), "--effects", "cohesion_area,size_spread", "--json"])
