@@ -28,7 +28,8 @@ class Plan:
 
     Attributes:
         study: what is diagnosed.
-        measurements: as `read_measurements` returns them, with a column `label`.
+        measurements: as `read_measurements` returns them.
+        labels: a short unique name of each measurement.
         hypotheses: effects to put in, and those that can't be.
         design: a row per simulated point.
         rows: for each row of the design the run of each test.
@@ -38,6 +39,7 @@ class Plan:
 
     study: Study
     measurements: pd.DataFrame
+    labels: Sequence[str]
     hypotheses: Hypotheses
     design: pd.DataFrame
     rows: Sequence[Mapping[str, Run]]
@@ -52,9 +54,7 @@ class Plan:
     @property
     def responses(self) -> dict[str, tuple[str, str]]:
         """Label of each measurement → test and observable."""
-        rows = zip(
-            self.measurements["label"], self.measurements["experiment"], self.measurements["observable"], strict=True
-        )
+        rows = zip(self.labels, self.measurements["experiment"], self.measurements["observable"], strict=True)
         return {label: (test, observable_of(self.study, test, name).name) for label, test, name in rows}
 
     @property
@@ -107,7 +107,6 @@ def plan(
         InputError: as many knobs as measurements, an unknown effect, or too few rows.
     """
     measurements, _ = checked(study)
-    measurements = measurements.assign(label=labels(study, measurements))
     _check_count(study, len(measurements))
     exact = not any(study.experiment(name).random for name in study.experiments)
     per_effect = effect_rows or (EXACT_EFFECT_ROWS if exact else EFFECT_ROWS)
@@ -119,7 +118,9 @@ def plan(
     new = {proposal.experiment.name: proposal for proposal in proposals(study, new_tests)}
     extra: dict[str, Experiment] = {name: proposal.experiment for name, proposal in new.items()}
     rows = row_runs(study, found, design, study.experiments, extra)
-    return Plan(study, measurements, found, design, rows, study_runs(study, None, seeds), new)
+    return Plan(
+        study, measurements, labels(study, measurements), found, design, rows, study_runs(study, None, seeds), new
+    )
 
 
 def _check_count(study: Study, measured: int) -> None:

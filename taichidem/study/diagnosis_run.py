@@ -151,7 +151,9 @@ def analyse(planned: Plan, table: pd.DataFrame) -> Any:
     }
     analyser = plugins.get("analyser", ANALYSER)(
         parameters=parameters,
-        measurements=measured.rename(columns={"experiment": "test"})[["label", "test", "value", "u"]],
+        measurements=measured.rename(columns={"experiment": "test"})[["test", "value", "u"]].assign(
+            label=planned.labels
+        ),
         candidates=pd.DataFrame([_candidate(h, study) for h in planned.hypotheses.tested]),
         new_tests=pd.DataFrame({"label": list(uncertainties), "u": list(uncertainties.values())}),
     )
