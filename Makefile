@@ -10,7 +10,7 @@ demo: $(READY)
 	$(BIN)/taichidem demo --output demo
 
 test: $(READY) lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadscope
 
 lint: $(READY)
 	$(BIN)/ruff check .

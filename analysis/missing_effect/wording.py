@@ -9,7 +9,7 @@ from analysis.missing_effect.problem import NO_EFFECT, Candidate, Problem
 from analysis.missing_effect.search import Search, Trial
 from analysis.missing_effect.verdict import CANNOT_TELL, EFFECT, NOTHING_MISSING, ONE_OF, Verdict
 
-MOST_LIMITS = 6  # detection limits told in the text; the table holds all
+FAR = 3.0  # times the strongest that was tried: beyond it an effect counts as invisible
 
 
 def sentences(found: Search, verdict: Verdict) -> tuple[str, ...]:
@@ -82,11 +82,13 @@ def _gain(found: Search, trial: Trial) -> str:
 def limits(found: Search) -> str:
     """Return the smallest strengths that would have been seen, those that are seen best first."""
     share = found.scores.detectable_share
-    order = [k for k in np.argsort(share) if np.isfinite(share[k])]
-    told = [_limit(found.problem.candidates[k], float(share[k])) for k in order[:MOST_LIMITS]]
+    order = [int(k) for k in np.argsort(share) if share[k] <= FAR]
+    told = [_limit(found.problem.candidates[k], float(share[k])) for k in order]
+    hidden = [c.name for c, s in zip(found.problem.candidates, share, strict=True) if not s <= FAR]
+    blind = f" They could hardly show at any strength: {', '.join(hidden)}." if hidden else ""
     if not told:
         return "These tests could show none of the effects."
-    return f"With 80 % probability they would have shown: {'; '.join(told)}. The table holds all of them."
+    return f"With 80 % probability they would have shown: {'; '.join(told)}.{blind}"
 
 
 def _limit(candidate: Candidate, share: float) -> str:
