@@ -23,6 +23,7 @@ SCHEMA = 1
 JSON_FILE = "discovery.json"
 FOLDER = "discovery"
 MOST = 3  # effects added; a bench that asks for more lacks something else
+TRIED = 2  # rivals that can't be told apart are added in turn, and fresh simulations choose
 NEEDED = 2.0  # standard uncertainties from vanishing that an added effect keeps once others are in
 
 
@@ -81,7 +82,7 @@ def discover(
         study: as `read_study` returns it, or its folder.
         effects: names of those to test; every registered one by default.
         store: that keeps the runs, or its file; by default runs.sqlite in the study's folder, shared by all steps.
-        output: folder for discovery.json and the studies step_1, step_2 …; by default discovery in the study's results.
+        output: folder for discovery.json and the studies step_1_EFFECT …; by default discovery in the study's results.
         report: called with the stage and the share done.
         most: effects that may be added.
         effect_rows, base_rows: sizes of the screening designs; see `plan`.
@@ -158,23 +159,31 @@ class _Trail:
         elif not may_add:
             self.stopped = f"{len(self.added)} effects were added, and more would be another search"
         else:
-            return self._add(found.effects[0], number)
+            return self._add(found.effects, number)
         return False
 
-    def _add(self, effect: str, number: int) -> bool:
-        target = self.folder / f"step_{number}"
-        try:
-            added = self._joined(self.now, effect, target, f"adding {effect}")
-        except InputError as error:
-            self.stopped = str(error)
+    def _add(self, rivals: Sequence[str], number: int) -> bool:
+        """Add each of the leading rivals and go on with the one that fresh seeds bear out best; return whether one did."""
+        tried: list[Addition] = []
+        for effect in rivals[:TRIED]:
+            try:
+                tried.append(
+                    self._joined(self.now, effect, self.folder / f"step_{number}_{effect}", f"adding {effect}")
+                )
+            except InputError as error:
+                self.stopped = str(error)
+        if not tried:
             return False
-        before, after = added.step(RECALIBRATED), added.step(WITH_EFFECT)
+        best = min(tried, key=lambda added: added.step(WITH_EFFECT)["chi2"])
+        before, after = best.step(RECALIBRATED), best.step(WITH_EFFECT)
         if after["chi2"] >= before["chi2"]:
-            self.stopped = f"{effect} did not lower χ² on fresh seeds ({before['chi2']:.3g} to {after['chi2']:.3g})"
+            self.stopped = (
+                f"{best.effect} did not lower χ² on fresh seeds ({before['chi2']:.3g} to {after['chi2']:.3g})"
+            )
             return False
-        self.steps[-1]["added"] = effect
-        self.added.append(added)
-        self.now = read_study(target)
+        self.steps[-1]["added"] = best.effect
+        self.added.append(best)
+        self.now = read_study(best.new_study)
         return True
 
     def _joined(self, study: Study, effect: str, target: Path, stage: str) -> Addition:

@@ -169,6 +169,17 @@ def test_discovering_finds_two_effects_one_after_the_other(tmp_path):
     assert {e.name for e in read_study(result.final).model().effects} >= {"cohesion_area", "size_spread"}
 
 
+def test_discovering_tries_look_alikes_and_keeps_what_fresh_seeds_prefer(tmp_path):
+    result = discover(bench.write(tmp_path / "s", ROLLING), bench.TESTED, most=1)
+    steps = tmp_path / "s" / "results" / "discovery"
+    tried = {}
+    for effect in result.steps[0]["effects"]:
+        kept = json.loads((steps / f"step_1_{effect}" / "results" / "addition.json").read_text())
+        tried[effect] = kept["waterfall"][-1]["chi2"]
+    assert len(tried) == 2
+    assert result.steps[0]["added"] == min(tried, key=tried.get)
+
+
 def test_discovering_nothing_adds_nothing(tmp_path):
     result = discover(bench.write(tmp_path / "s", NULL), bench.TESTED)
     assert len(result.steps) == 1
