@@ -100,12 +100,10 @@ def add(
 ) -> None:
     """Write a study with the effect in the model, re-calibrated with it by simulation, and watch the error fall."""
     from taichidem.study import add as add_effect
-    from taichidem.study.diagnosis_plan import plan
 
     read = _read(study)
-    runs = plan(read, [effect], effect_rows=effect_rows, base_rows=base_rows, new_tests=()).runs
-    with _store(read, store) as opened, told_when_stopped(runs, opened), progress(quiet=as_json) as report:
-        found = add_effect(read, effect, output, opened, report, effect_rows=effect_rows, base_rows=base_rows)
+    with _told_when_stopped(read, store), progress(quiet=as_json) as report:
+        found = add_effect(read, effect, output, store, report, effect_rows=effect_rows, base_rows=base_rows)
     if as_json:
         typer.echo(found.to_json())
         return
@@ -119,7 +117,9 @@ def discover(
     effects: Effects = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Folder for the studies of each step; STUDY/results/discovery."),
+        typer.Option(
+            "--output", "-o", help="Folder for results and the study of each step; STUDY/results where left out."
+        ),
     ] = None,
     store: Store = None,
     most: Annotated[int, typer.Option(help="Effects that may be added.", min=1)] = 3,
@@ -129,13 +129,11 @@ def discover(
 ) -> None:
     """Diagnose and add until nothing is missing or nothing helps, then check that each added effect is still needed."""
     from taichidem.study import discover as discover_effects
-    from taichidem.study.diagnosis_plan import plan
 
     read, names = _read(study), _names(effects)
-    runs = plan(read, names, effect_rows=effect_rows, base_rows=base_rows).runs
-    with _store(read, store) as opened, told_when_stopped(runs, opened), progress(quiet=as_json) as report:
+    with _told_when_stopped(read, store), progress(quiet=as_json) as report:
         found = discover_effects(
-            read, names, opened, output, report, most=most, effect_rows=effect_rows, base_rows=base_rows
+            read, names, store, output, report, most=most, effect_rows=effect_rows, base_rows=base_rows
         )
     if as_json:
         typer.echo(found.to_json())
@@ -163,6 +161,19 @@ def _store(study: Study, path: Path | None) -> Iterator[RunStore]:
 
     with RunStore(path or study.path / STORE) as opened:
         yield opened
+
+
+@contextmanager
+def _told_when_stopped(study: Study, store: Path | None) -> Iterator[None]:
+    """Say on Ctrl-C that nothing is lost, and end with 130; how many runs are still to come is not known beforehand."""
+    from taichidem.study.campaign import STORE
+
+    try:
+        yield
+    except KeyboardInterrupt:
+        kept = store or study.path / STORE
+        typer.echo(f"Stopped. What was simulated so far is in {kept}; the same command goes on.", err=True)
+        raise typer.Exit(130) from None
 
 
 def _print_diagnosis(found: Diagnosis) -> None:

@@ -59,6 +59,8 @@ def decide(found: Search, levels: Levels = Levels()) -> Verdict:
     """
     seen = _significant(found, levels)
     misfit = found.base.fit.p_value < levels.misfit
+    if not found.trials and not misfit:
+        return Verdict(CANNOT_TELL, (), "no_candidates")
     if not seen and not misfit:
         return Verdict(NOTHING_MISSING, (), "fits") if could_have_shown(found) else Verdict(CANNOT_TELL, (), "blind")
     best = found.best

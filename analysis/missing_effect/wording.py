@@ -42,6 +42,9 @@ def _finding(found: Search, verdict: Verdict) -> tuple[str, ...]:
 
 
 def _no_name(found: Search, verdict: Verdict) -> tuple[str, ...]:
+    if verdict.why == "no_candidates":
+        told = "The model fits" if verdict.word == CANNOT_TELL else "Something is missing"
+        return (f"{told}, and no effect was put to the test, so that none can be named or ruled out.",)
     if verdict.word == CANNOT_TELL:
         if verdict.why == "blind":
             return (
@@ -72,10 +75,15 @@ def _no_name(found: Search, verdict: Verdict) -> tuple[str, ...]:
 
 
 def _gain(found: Search, trial: Trial) -> str:
+    before, after = found.base.held_out_error, trial.held_out_error
+    predicted = (
+        f", and the error of predicting tests that were left out from {before:.2g} to {after:.2g} standard uncertainties."
+        if np.isfinite([before, after]).all()
+        else ". There are too few tests to leave one out and predict it, so nothing else bears it out."
+    )
     return (
         f"With it χ² falls from {found.base.fit.chi2:.3g} to {trial.fit.chi2:.3g} on {trial.fit.dof} degrees of freedom "
-        f"(p = {_p(trial.fit.p_value)}), and the error of predicting tests that were left out from "
-        f"{found.base.held_out_error:.2g} to {trial.held_out_error:.2g} standard uncertainties."
+        f"(p = {_p(trial.fit.p_value)}){predicted}"
     )
 
 

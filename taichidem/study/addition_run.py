@@ -14,20 +14,20 @@ import pandas as pd
 
 from taichidem.errors import InputError
 from taichidem.study.addition import BELIEVED, RECALIBRATED, WITH_EFFECT, Addition
+from taichidem.study.addition_study import rehearse, write_addition
 from taichidem.study.campaign import STORE, Run, run_all
 from taichidem.study.comparison_rows import comparison_rows
 from taichidem.study.comparison_run import Report, opened, writable
 from taichidem.study.diagnosis_plan import Plan, plan
 from taichidem.study.hypothesis import Hypothesis
-from taichidem.study.recalibration import Estimate, Recalibrated, estimate_runs, recalibrate
+from taichidem.study.recalibration import FITTING_SEEDS, Estimate, Recalibrated, estimate_runs, recalibrate
 from taichidem.study.report import write_standardised_errors, write_waterfall
 from taichidem.study.run_store import RunStore
 from taichidem.study.study_file import Study, read_study
-from taichidem.study.study_writer import AddedParameter, check_new, write_study
+from taichidem.study.study_writer import check_new
 
 RESULTS = "results"
 FRESH_SEEDS = (101, 102, 103, 104)
-ROOM = 1.5  # times the strongest setting: up to where the strength may be re-calibrated later
 NO_STRENGTH = 1e-3  # share below which the measurements don't want the effect
 LABELS = {BELIEVED: "as believed", RECALIBRATED: "re-calibrated"}
 
@@ -58,14 +58,17 @@ def add(
         The addition, written to the new study's results already.
 
     Raises:
-        InputError: an effect that can't be added or that the measurements don't want, a folder that holds a study, or what
-            `diagnose` refuses.
+        InputError: before anything is run, an effect that can't be added, a folder that holds a study or can't be written, fresh
+            seeds that are fitted to, or what `diagnose` refuses; afterwards, an effect that the measurements don't want, or with
+            which a test can't be simulated.
     """
     began = time.perf_counter()
     study = study if isinstance(study, Study) else read_study(study)
     planned = plan(study, [effect], effect_rows=effect_rows, base_rows=base_rows, new_tests=())
     hypothesis = _hypothesis(planned, effect)
     target = check_new(output)
+    _check_fresh(planned, fresh_seeds)
+    rehearse(planned, hypothesis)
     tell = report or (lambda stage, share: None)
     with opened(study, store) as kept:
         found = recalibrate(planned, hypothesis, kept, tell)
@@ -74,10 +77,12 @@ def add(
         runs = [run for rows in steps.values() for row in rows for run in row.values()]
         fresh = run_all(runs, kept, lambda share: tell("fresh seeds", share))
         own = kept.path if store is None else None
-    _write(planned, hypothesis, found.with_effect, target)
+    rows = _rows_of_steps(planned, steps, fresh)
+    _check_simulated(effect, rows[WITH_EFFECT], fresh)
+    write_addition(planned, hypothesis, found.with_effect.values, found.with_effect.share, target)
     if own is not None:
         shutil.copyfile(own, target / STORE)
-    result = _result(planned, hypothesis, found, _rows_of_steps(planned, steps, fresh), target, fresh_seeds)
+    result = _result(planned, hypothesis, found, rows, target, fresh_seeds)
     result = replace(result, **_counts(found, fresh), wall_s=time.perf_counter() - began)
     result = replace(result, pictures=_pictures(result))
     result.save()
@@ -99,6 +104,25 @@ def _check_wanted(effect: str, estimate: Estimate) -> None:
         )
 
 
+def _check_fresh(planned: Plan, seeds: Sequence[int]) -> None:
+    fitted = sorted(set(seeds) & {*FITTING_SEEDS, *(run.seed for run in planned.runs)})
+    if fitted or not seeds:
+        raise InputError(
+            f"fresh_seeds are {list(seeds)}; give some, none of them fitted to, as {fitted or 'these'} would be."
+        )
+
+
+def _check_simulated(effect: str, rows: pd.DataFrame, fresh: pd.DataFrame) -> None:
+    """Refuse an effect with which a test gave nothing: left out of χ², it would look like an error that fell."""
+    lost = rows.loc[rows["simulated"].isna(), "experiment"]
+    if len(lost):
+        failed = fresh[(fresh["experiment"] == lost.iloc[0]) & (fresh["status"] == "failed")]
+        raise InputError(
+            f"With {effect}, {', '.join(dict.fromkeys(lost))} gave no result on any fresh seed, so that nothing can be "
+            f"said of the error. Nothing was written. The reason: {failed['reason'].iloc[-1]}"
+        )
+
+
 def _fresh_runs(
     planned: Plan, hypothesis: Hypothesis, found: Recalibrated, seeds: Sequence[int]
 ) -> dict[str, list[dict[str, Run]]]:
@@ -116,31 +140,9 @@ def _rows_of_steps(
     found = {}
     for step, rows in steps.items():
         keys = {run.key for row in rows for run in row.values()}
-        table = fresh[fresh["key"].isin(keys)].drop_duplicates("key")
+        table = fresh[fresh["key"].isin(keys)].drop_duplicates(["key", "experiment"])
         found[step] = comparison_rows(planned.study, planned.measurements, table).reset_index(drop=True)
     return found
-
-
-def _write(planned: Plan, hypothesis: Hypothesis, estimate: Estimate, target: Path) -> None:
-    model = planned.study.at(estimate.values).model
-    added = hypothesis.at(estimate.share, model)
-    title = f"{planned.study.title}, with {hypothesis.name}"
-    write_study(
-        planned.study, target, estimate.values, added, free_parameters(hypothesis, estimate.share, planned), title
-    )
-
-
-def free_parameters(hypothesis: Hypothesis, share: float, planned: Plan) -> list[AddedParameter]:
-    """Return what of an added effect may be re-calibrated later: its measuring parameter, per pair where it has pairs."""
-    parameter, model = hypothesis.parameter, planned.study.model()
-    held = hypothesis.at(ROOM if share > 0 else -ROOM, model).values[parameter.name]
-    grain = hypothesis.scale.materials[0].name
-    ends = held if isinstance(held, Mapping) else {None: held}
-    return [
-        AddedParameter(parameter.name, pair, *sorted((float(parameter.vanishing or 0.0), float(end))))
-        for pair, end in ends.items()
-        if pair is None or grain in pair.split("-")
-    ]
 
 
 def _result(
@@ -152,7 +154,9 @@ def _result(
     seeds: Sequence[int],
 ) -> Addition:
     report = found.with_effect.report
-    candidate = report.tables["candidates"].to_dict("records")[0]
+    end = found.with_effect
+    strength = hypothesis.strength(end.share, planned.study.at(end.values).model)
+    candidate = report.tables["candidates"].to_dict("records")[0] | {"strength": strength}
     parameters = report.tables["parameters_with_best"].to_dict("records")
     errors = report.tables["errors_with_best"]
     waterfall = _waterfall(hypothesis, rows, parameters, errors)
@@ -162,7 +166,7 @@ def _result(
         title=hypothesis.effect.title,
         parameter=hypothesis.parameter.name,
         unit=hypothesis.parameter.unit,
-        strength=candidate["strength"],
+        strength=strength,
         u_strength=candidate["u_strength"],
         waterfall=waterfall,
         tests=_tests(rows, errors),
@@ -197,7 +201,7 @@ def _waterfall(
             {
                 "step": step,
                 "label": labels[step],
-                "chi2": float(np.nansum(z**2) + np.sum(np.square(off))),
+                "chi2": float(np.sum(z**2) + np.sum(np.square(off))),
                 "dof": int(np.isfinite(z).sum()) + len(direct) - used,
                 "rms_fitted": _rms(z),
                 "rms_held_out": float("nan") if left is None else _rms(left.to_numpy(float)),
@@ -230,9 +234,16 @@ def _text(hypothesis: Hypothesis, candidate: Mapping[str, Any], waterfall: Seque
         f"{hypothesis.name} was added with {candidate['parameter']} = {candidate['strength']:.3g} ± "
         f"{candidate['u_strength']:.2g}{unit}, re-calibrated together with the other parameters. On seeds that nothing was "
         f"fitted to, χ² is {believed['chi2']:.3g} for the model as believed, {recalibrated['chi2']:.3g} re-calibrated and "
-        f"{after['chi2']:.3g} with the effect, on {after['dof']} degrees of freedom. Tests that were left out of the fit are "
-        f"predicted with an error of {recalibrated['rms_held_out']:.2g} standard uncertainties without it and "
-        f"{after['rms_held_out']:.2g} with it."
+        f"{after['chi2']:.3g} with the effect, on {after['dof']} degrees of freedom. {_predicted(recalibrated, after)}"
+    )
+
+
+def _predicted(before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
+    if not np.isfinite([before["rms_held_out"], after["rms_held_out"]]).all():
+        return "There are too few tests to leave one out and predict it, so nothing else bears it out."
+    return (
+        f"Tests that were left out of the fit are predicted with an error of {before['rms_held_out']:.2g} standard "
+        f"uncertainties without it and {after['rms_held_out']:.2g} with it."
     )
 
 

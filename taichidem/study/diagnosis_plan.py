@@ -34,7 +34,7 @@ class Plan:
         design: a row per simulated point.
         rows: for each row of the design the run of each test.
         believed: runs of the model as it stands.
-        proposals: tests that might be made next, by the name of their type.
+        proposals: tests that might be made next, by names that the study doesn't use: those of their types.
     """
 
     study: Study
@@ -73,7 +73,12 @@ class Plan:
         """
         wanted = self.responses | self.new_responses
         known = response_table(self.design, self.rows, outcomes, wanted)
-        return pd.concat([known, self._believed_points(outcomes)], ignore_index=True)
+        return self.distinct(pd.concat([known, self._believed_points(outcomes)], ignore_index=True))
+
+    def distinct(self, points: pd.DataFrame) -> pd.DataFrame:
+        """Return points without repeats: one that was simulated once must not count twice, as if a second seed agreed."""
+        same = [*(entry.key for entry in self.study.calibrate), EFFECT, SHARE, SEED]
+        return points.drop_duplicates(same, ignore_index=True)
 
     def _believed_points(self, outcomes: pd.DataFrame) -> pd.DataFrame:
         values = {entry.key: self.study.believed(entry.key) for entry in self.study.calibrate}
@@ -104,10 +109,12 @@ def plan(
 
     Raises:
         FileError: (an InputError) what is wrong with the measurements.
-        InputError: as many knobs as measurements, an unknown effect, or too few rows.
+        InputError: as many knobs as measurements, a key for pairs that differ, an unknown effect, or too few rows.
     """
     measurements, _ = checked(study)
     _check_count(study, len(measurements))
+    for entry in study.calibrate:
+        study.believed(entry.key)  # refused now rather than after the runs, where pairs differ under one key
     exact = not any(study.experiment(name).random for name in study.experiments)
     per_effect = effect_rows or (EXACT_EFFECT_ROWS if exact else EFFECT_ROWS)
     if per_effect < 2:
@@ -115,12 +122,17 @@ def plan(
     base = 8 * len(study.calibrate) if base_rows is None and exact else base_rows
     found = hypotheses(study, effects)
     design = screening_design(study.calibrate, found.tested, base, per_effect)
-    new = {proposal.experiment.name: proposal for proposal in proposals(study, new_tests)}
+    new = {_free_name(proposal.experiment.name, study): proposal for proposal in proposals(study, new_tests)}
     extra: dict[str, Experiment] = {name: proposal.experiment for name, proposal in new.items()}
     rows = row_runs(study, found, design, study.experiments, extra)
     return Plan(
         study, measurements, labels(study, measurements), found, design, rows, study_runs(study, None, seeds), new
     )
+
+
+def _free_name(name: str, study: Study) -> str:
+    """Return a name for a new test by which the study calls none of its own."""
+    return name if name not in study.experiments else _free_name(f"{name}_new", study)
 
 
 def _check_count(study: Study, measured: int) -> None:

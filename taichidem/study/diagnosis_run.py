@@ -90,13 +90,14 @@ def evaluate(planned: Plan, outcomes: pd.DataFrame, folder: Path) -> Diagnosis:
         InputError: the runs give too little to tell.
     """
     study, measured = planned.study, planned.measurements
-    believed = outcomes[outcomes["key"].isin({run.key for run in planned.believed})].drop_duplicates("key")
+    believed = outcomes[outcomes["key"].isin({run.key for run in planned.believed})]
+    believed = believed.drop_duplicates(["key", "experiment"])  # equal tests under two names are one run
     rows = comparison_rows(study, measured, believed)
     analysed = analyse(planned, planned.table(outcomes))
     numbers = analysed.numbers
     direct = measured_parameters(study)
     chi2 = {
-        "believed": float((rows["z"] ** 2).sum() + (direct["z"] ** 2).sum()),
+        "believed": float((rows["z"] ** 2).sum(skipna=False) + (direct["z"] ** 2).sum()),
         "recalibrated": numbers["chi2_recalibrated"],
         "with_effect": numbers["chi2_with_effect"],
         "dof": numbers["dof"],
@@ -159,7 +160,9 @@ def analyse(planned: Plan, table: pd.DataFrame) -> Any:
     )
     try:
         return analyser.analyse(table)
-    except ValueError as error:  # what an analyser can't use is told in words by it
+    except ValueError as error:
+        if type(error).__module__.partition(".")[0] in ("builtins", "numpy"):
+            raise  # a fault of the program; what an analyser can't use it tells by an error of its own
         raise InputError(str(error)) from error
 
 

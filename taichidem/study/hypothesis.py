@@ -49,11 +49,25 @@ class Hypothesis:
         return Model(model.materials, [*kept, added])
 
     def strength(self, share: float, model: Model) -> float:
-        """Return the value of the measuring parameter at a share, that of two grains where it is one per pair."""
-        added = self.at(share, model)
-        held = added.values[self.parameter.name]
-        value = held[self.scale.grain_pair] if isinstance(held, Mapping) else held
-        return -value if share < 0 else value
+        """Return the value of the measuring parameter at a share, that of two grains where it is one per pair.
+
+        An effect whose other side is told by something else than this parameter, such as a direction, gets it with a minus.
+        """
+        value = self._value(share, model)
+        mirrored = share < 0 and value == self._value(-share, model)
+        return 2 * float(self.parameter.vanishing or 0.0) - value if mirrored else value
+
+    def _value(self, share: float, model: Model) -> float:
+        held = self.at(share, model).values[self.parameter.name]
+        return held[self.scale.grain_pair] if isinstance(held, Mapping) else held
+
+    def possible(self, share: float, model: Model) -> float:
+        """Return a share, cut to the strongest setting where beyond it a parameter would leave its bounds."""
+        try:
+            self.at(share, model)
+        except TaichidemError:
+            return max(-1.0, min(1.0, share))
+        return share
 
     def at(self, share: float, model: Model) -> Effect:
         """Return the effect at a share of its strongest setting, as it would join a model."""
@@ -112,8 +126,8 @@ def hypotheses(study: Study, only: Iterable[str] | None = None) -> Hypotheses:
         reason = why_not(hypothesis, study)
         if reason is None:
             tested.append(hypothesis)
-        elif reason:
-            not_tested[name] = reason
+        elif reason or only is not None:  # what was asked for by name is told
+            not_tested[name] = reason or "the model has it already."
     return Hypotheses(tuple(tested), not_tested)
 
 

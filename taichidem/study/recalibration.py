@@ -74,7 +74,7 @@ def recalibrate(
         more = run_all(added, store, partial(tell, f"round {number}"))
         runs, outcomes = runs + added, pd.concat([outcomes, more], ignore_index=True)
         known = [_known(planned, e, hypothesis, rows, more) for e, rows in zip(before, points, strict=True)]
-        table = pd.concat([table, *known], ignore_index=True)
+        table = planned.distinct(pd.concat([table, *known], ignore_index=True))
         after = _estimates(planned, table)
         moved = max(_distance(planned, a, b) for a, b in zip(before, after, strict=True))
         before = after
@@ -94,7 +94,8 @@ def _estimates(planned: Plan, table: pd.DataFrame) -> tuple[Estimate, Estimate]:
     ends = []
     for fit in (found.base.fit, found.trials[0].fit):
         values = dict(zip(keys, fit.problem.natural(fit.x).tolist(), strict=True))
-        ends.append(Estimate(values, float(fit.share[0]) if fit.effects else 0.0, report))
+        share = float(fit.share[0]) if fit.effects else 0.0
+        ends.append(Estimate(values, planned.hypotheses.tested[0].possible(share, planned.study.model()), report))
     return ends[0], ends[1]
 
 

@@ -13,14 +13,14 @@ from tomlkit.toml_document import TOMLDocument
 
 from taichidem.effects.base import Effect
 from taichidem.errors import InputError
+from taichidem.study.comparison_run import writable
 from taichidem.study.measurements import FILE as MEASUREMENTS
 from taichidem.study.measurements import PHOTOGRAPH, read_measurements
-from taichidem.study.parameter_key import SHORT, ParameterKey, pair_name
+from taichidem.study.parameter_key import SHORT, ParameterKey, all_pairs, pair_name
 from taichidem.study.setting_key import SettingKey, unit_of_setting
 from taichidem.study.study_file import FILE, Study, read_study
 
 DIGITS = 6  # of the numbers written
-ROOM = 1.5  # times the strongest setting: up to where the strength of an added effect may be re-calibrated
 
 
 @dataclass(frozen=True)
@@ -67,22 +67,20 @@ def write_study(
 
 
 def check_new(folder: str | Path) -> Path:
-    """Return a folder for a new study, or raise InputError where one stands already."""
+    """Return a folder for a new study, or raise InputError where one stands already or nothing can be written."""
     target = Path(folder)
     if (target / FILE).exists():
         raise InputError(f"{target} holds a study already; nothing is overwritten. Give another folder with -o.")
-    if target.exists() and not target.is_dir():
-        raise InputError(f"{target} is a file; give a folder with -o.")
+    there = target.exists()
+    writable(target)
+    if not there:
+        target.rmdir()
     return target
 
 
 def _save(target: Path, text: str) -> None:
-    check_new(target)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-        (target / FILE).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{target} can't be written ({error.strerror}). Give another folder with -o.") from error
+    writable(check_new(target))
+    (target / FILE).write_text(text, encoding="utf-8")
 
 
 def _copy_measurements(study: Study, target: Path) -> None:
@@ -91,7 +89,8 @@ def _copy_measurements(study: Study, target: Path) -> None:
     for cell in measured[PHOTOGRAPH] if PHOTOGRAPH in measured else ():
         for name in filter(None, (part.strip() for part in str(cell or "").split(";"))):
             source, copy = study.path / name, target / name
-            if not Path(name).is_absolute() and source.is_file():
+            shared = copy.exists() and copy.samefile(source)  # "../heap.png" beside both folders
+            if not Path(name).is_absolute() and source.is_file() and not shared:
                 copy.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(source, copy)
 
@@ -150,11 +149,9 @@ def _forget(document: TOMLDocument, study: Study, key: ParameterKey) -> None:
         for pair in [p for p in held if pair_name(*p.split("-")) == key.pair]:
             del held[pair]  # type: ignore[attr-defined]
     else:  # one number for all pairs: the others keep it, this one gets its own
-        pairs = study.effects[key.effect].values[key.parameter]
-        raise InputError(
-            f"{study.file}: effects.{key.effect}.{key.parameter} = {pairs!r} holds for all pairs, and {key.pair} is calibrated "
-            f"alone. Write it per pair under [contacts], or calibrate {key.name} for all pairs."
-        )
+        others = tomlkit.inline_table()
+        others.update({pair: held for pair in all_pairs(list(study.materials)) if pair != key.pair})
+        document["effects"][key.effect][key.parameter] = others  # type: ignore[index]
 
 
 def _drop(section: Any, texts: set[str], path: str = "") -> None:

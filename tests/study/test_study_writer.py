@@ -5,7 +5,7 @@ import pytest
 from taichidem import plugins
 from taichidem.errors import InputError
 from taichidem.study import read_study
-from taichidem.study.addition_run import free_parameters
+from taichidem.study.addition_study import free_parameters
 from taichidem.study.diagnosis_plan import plan
 from taichidem.study.hypothesis import hypotheses
 from taichidem.study.study_writer import write_study
