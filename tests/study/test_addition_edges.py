@@ -168,7 +168,7 @@ def test_a_search_writes_where_it_is_told_only(folder, tmp_path):
     discover(folder, ["cohesion_area"], output=tmp_path / "out")
     assert not (folder / "results").exists()
     assert (tmp_path / "out" / "verdict.json").exists()
-    assert (tmp_path / "out" / "step_1" / "results" / "addition.json").exists()
+    assert (tmp_path / "out" / "step_1_cohesion_area" / "results" / "addition.json").exists()
 
 
 def test_more_knobs_than_measurements_after_an_addition_end_a_search(tmp_path):
@@ -180,7 +180,7 @@ def test_more_knobs_than_measurements_after_an_addition_end_a_search(tmp_path):
     result = discover(folder, bench.TESTED)
     assert [s["added"] for s in result.steps] == ["cohesion_area"]
     assert "as many knobs" in result.stopped_because
-    assert result.final == folder / "results" / "discovery" / "step_1"
+    assert result.final == folder / "results" / "discovery" / "step_1_cohesion_area"
 
 
 def trail_of(folder, monkeypatch, chi2, unneeded):
