@@ -13,7 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.planted import HISTORY_SEEDS, INSTRUMENT, Truth, direct, measure, repeatability, truth_runs, write_variant
+from benchmarks.planted import (
+    HISTORY_SEEDS,
+    INSTRUMENT,
+    Truth,
+    direct,
+    measure,
+    repeatability,
+    truth_runs,
+    write_variant,
+)
 from taichidem.study import RunStore, read_study, run_all
 from taichidem.study.hypothesis import hypotheses
 

@@ -29,6 +29,7 @@ HISTORY_SEEDS = tuple(range(501, 517))  # repeats of the model as believed, whic
 INSTRUMENT = {
     "bulk_density": (0.0, 0.005),
     "mass_flow_rate": (0.0, 0.01),
+    "rolling_distance": (1.0, 0.0),
     "angle_of_repose": (0.7, 0.0),
     "dynamic_angle_of_repose": (0.4, 0.0),
     "coefficient_of_restitution": (0.015, 0.0),
@@ -79,9 +80,7 @@ def repeatability(study: Study, store: RunStore) -> dict[str, float]:
     return {name: float(_values(table, name, what).std(ddof=1)) for name, what in observed(study)}
 
 
-def measure(
-    study: Study, table: pd.DataFrame, scatter: Mapping[str, float], rng: np.random.Generator
-) -> pd.DataFrame:
+def measure(study: Study, table: pd.DataFrame, scatter: Mapping[str, float], rng: np.random.Generator) -> pd.DataFrame:
     """Return the rows of measurements.csv from the outcomes of a truth's runs, noise added.
 
     Args:
@@ -149,5 +148,3 @@ def write_variant(
     (folder / "study.toml").write_text(tomlkit.dumps(document), encoding="utf-8")
     rows.to_csv(folder / "measurements.csv", index=False)
     return read_study(folder)
-
-

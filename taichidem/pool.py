@@ -35,7 +35,8 @@ def engine_for(scenes: Sequence[Scene], schedule: str) -> tuple[Engine, Exchange
         )
     single = kinds_of_bodies.pop()
     law = (composition(scenes[0]), single, schedule)
-    key = _fitting(law, sizes, kinds_present(layouts)) or _compile(law, sizes, _usual(kinds_present(layouts)), scenes[0])
+    kinds = kinds_present(layouts)
+    key = _fitting(law, sizes, kinds) or _compile(law, sizes, _usual(kinds), scenes[0])
     _engines.move_to_end(key)
     _engines[key][0].user = None  # from here on its tables are nobody's until the new owner has them all
     loader = Loader(_engines[key][0])
@@ -45,7 +46,7 @@ def engine_for(scenes: Sequence[Scene], schedule: str) -> tuple[Engine, Exchange
 
 
 def _usual(kinds: tuple[type, ...]) -> tuple[type, ...]:
-    """Return the wall kinds to compile: plain ones together, since most benches have both; meshes, which take long, if asked for."""
+    """Return the wall kinds to compile: the plain ones, since most benches have both; meshes, which take long, only if asked."""
     return (PlaneKind, RevolvedKind, FacetKind) if FacetKind in kinds else (PlaneKind, RevolvedKind)
 
 
