@@ -18,7 +18,7 @@ PAIRS = (
     ("rolling_constant_torque", "cohesion_dmt"),
     ("rolling_spring_dashpot", "cohesion_area"),
     ("size_spread", "rolling_constant_torque"),
-    ("normal_elastoplastic", "cohesion_jkr"),
+    ("normal_elastoplastic", "twisting_resistance"),
 )
 # What is the same physics in another form. An effect is taken from the library together with these.
 KIN = (

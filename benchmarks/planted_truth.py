@@ -1,6 +1,6 @@
 """How often a diagnosis is right when the answer is known: `python -m benchmarks.planted_truth` (= `make planted-truth`).
 
-The bench is that of examples/hidden_effect and a rolling ball. Truths of many kinds are simulated with parameters and seeds that
+The bench is that of examples/hidden_effect. Truths of many kinds are simulated with parameters and seeds that
 no diagnosis uses, noise is added several times to each, and every set of measurements is diagnosed. All diagnoses share the runs
 of one screening design, so that simulations are what the truths cost.
 """
@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 import os
-import shutil
 import sys
 import time
 from dataclasses import replace
@@ -30,26 +29,8 @@ from taichidem.study.diagnosis_plan import Plan, plan
 from taichidem.study.diagnosis_run import evaluate
 from taichidem.study.hypothesis import Hypotheses, hypotheses
 
-ROLLING_BALL = """
-[experiments.rolling_ball]
-type = "rolling_ball"
-speed = "0.3 m/s"
-time = "0.2 s"
-"""
-BALL_ROW = "rolling_ball,rolling_distance,60,1,mm,4\n"  # replaced by what each truth gives
 DRAWS = {"null": 5, "pair": 3}  # sets of measurements per truth
 USUAL_DRAWS = 2
-
-
-def make_bench(folder: Path) -> Study:
-    """Write the bench into a folder and return it."""
-    folder.mkdir(parents=True, exist_ok=True)
-    text = (STUDY / "study.toml").read_text(encoding="utf-8")
-    (folder / "study.toml").write_text(text + ROLLING_BALL, encoding="utf-8")
-    shutil.copyfile(STUDY / "measurements.csv", folder / "measurements.csv")
-    with (folder / "measurements.csv").open("a", encoding="utf-8") as file:
-        file.write(BALL_ROW)
-    return read_study(folder)
 
 
 def simulate(study: Study, known: Hypotheses, every: list[Case], work: Path) -> dict[str, float]:
@@ -75,7 +56,7 @@ def _tell(text: str) -> None:
 @cache
 def _planned(work: Path, removed: tuple[str, ...]) -> tuple[Plan, pd.DataFrame]:
     """Return the plan without some effects, and the outcomes of its runs, from the store alone."""
-    study = read_study(work / "bench")
+    study = read_study(STUDY)
     known = [h.name for h in hypotheses(study).tested if h.name not in removed]
     planned = plan(study, known)
     with RunStore(work / "runs.sqlite") as store:
@@ -85,7 +66,7 @@ def _planned(work: Path, removed: tuple[str, ...]) -> tuple[Plan, pd.DataFrame]:
 @cache
 def _scatter(work: Path) -> dict[str, float]:
     with RunStore(work / "runs.sqlite") as store:
-        return repeatability(read_study(work / "bench"), store)
+        return repeatability(read_study(STUDY), store)
 
 
 def judge(job: tuple[Path, int, Case]) -> list[dict[str, Any]]:
@@ -136,7 +117,8 @@ def main() -> None:
     )
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1, help="that judge at once")
     given = parser.parse_args()
-    study = make_bench(given.work / "bench")
+    study = read_study(STUDY)
+    given.work.mkdir(parents=True, exist_ok=True)
     known = hypotheses(study)
     every = cases(study, [h.name for h in known.tested])
     seconds = simulate(study, known, every, given.work)
