@@ -12,7 +12,7 @@ from taichidem.study import Study
 
 WEAK, STRONG = 0.35, 0.9  # shares of the strongest setting
 NULLS = 40
-PER_STRENGTH = 2  # truths of an effect and a strength, each with parameters and seeds of its own
+PER_STRENGTH = 1  # truths of an effect and a strength, each with parameters and seeds of its own
 # Two at once that act on different things, so that neither alone can pass for both.
 PAIRS = (
     ("rolling_constant_torque", "cohesion_dmt"),

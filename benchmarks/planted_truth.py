@@ -29,8 +29,8 @@ from taichidem.study.diagnosis_plan import Plan, plan
 from taichidem.study.diagnosis_run import evaluate
 from taichidem.study.hypothesis import Hypotheses, hypotheses
 
-DRAWS = {"null": 5, "pair": 3}  # sets of measurements per truth
-USUAL_DRAWS = 2
+DRAWS = {"null": 5}  # sets of measurements per truth
+USUAL_DRAWS = 3
 
 
 def simulate(study: Study, known: Hypotheses, every: list[Case], work: Path) -> dict[str, float]:

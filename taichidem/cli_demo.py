@@ -17,6 +17,7 @@ from taichidem.cli_progress import progress
 if TYPE_CHECKING:
     from taichidem.heap_comparison import HeapComparison
     from taichidem.missing_effect_demo import Road
+    from taichidem.study import Addition
 
 
 def register(app: typer.Typer) -> None:
@@ -89,30 +90,34 @@ def _print_road(road: Road) -> None:
     for line in found.advice:
         typer.echo(line)
     typer.echo(f"\nOnly {', '.join(RIVALS)} were on trial here; `taichidem diagnose` tries every effect.\n")
-    if road.addition is None:
-        console.print("Nothing was added.")
+    if not road.additions:
+        typer.echo("Nothing was added.")
     else:
-        console.print(_falling(road))
-        print_addition(road.addition)
+        best, *others = road.additions
+        console.print(_falling(best))
+        for other in others:
+            typer.echo(
+                f"{other.effect}, which the diagnosis could not tell from it, was added too: on fresh seeds it leaves χ² = "
+                f"{other.step('with_effect')['chi2']:.1f}, {best.effect} {best.step('with_effect')['chi2']:.1f}.\n"
+            )
+        print_addition(best)
     typer.echo(f"wrote {road.page}")
 
 
-def _falling(road: Road) -> Table:
+def _falling(added: Addition) -> Table:
     """Return the fall of the error as bars, the re-calibration's share apart from the effect's."""
-    assert road.addition is not None
-    steps = road.addition.waterfall
-    largest = max(step["chi2"] for step in steps)
+    largest = max(step["chi2"] for step in added.waterfall)
     table = Table(title="The error falls", box=box.SIMPLE_HEAD, show_header=False, pad_edge=False)
-    for step in steps:
-        table.add_row(step["label"], f"χ² {step['chi2']:.1f}", "█" * max(1, round(40 * step["chi2"] / largest)))
+    for step in added.waterfall:
+        bar = "█" * max(1, round(40 * step["chi2"] / largest))
+        table.add_row(step["label"], f"χ² {step['chi2']:.1f}", bar)
     return table
 
 
 def _as_dict(road: Road) -> dict[str, object]:
-    added = road.addition
     return {
         "comparison": road.comparison.as_dict(),
         "diagnosis": road.diagnosis.as_dict(),
-        "addition": None if added is None else added.as_dict(),
+        "additions": [added.as_dict() for added in road.additions],
         "report": str(road.page),
     }

@@ -1,4 +1,7 @@
-"""The road once on a shipped study: compare, diagnose, add the effect that is missing, write the page."""
+"""The road once on a shipped study: compare, diagnose, add the effect that is missing, write the page.
+
+Where a diagnosis names several effects that it can't tell apart, each is added, and simulations on fresh seeds decide.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from pathlib import Path
 
 from taichidem.errors import InputError
 from taichidem.study import Addition, Comparison, Diagnosis, RunStore, add, compare, diagnose, read_study, write_report
-from taichidem.study.addition import JSON_FILE
+from taichidem.study.addition import JSON_FILE, WITH_EFFECT
 from taichidem.study.campaign import STORE
 from taichidem.study.comparison_run import Report
 from taichidem.study.measurements import FILE as MEASUREMENTS
@@ -25,6 +28,7 @@ RIVALS = (
     "twisting_resistance",
     "size_spread",
 )
+MOST = 3  # of the effects named, that are added
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +37,13 @@ class Road:
 
     Attributes:
         comparison, diagnosis: of the study as shipped.
-        addition: of the best effect, or None where none was named.
-        page: the report.
+        additions: of every effect that was named, up to `MOST`, the one that agrees best first.
+        page: the report, with the best addition.
     """
 
     comparison: Comparison
     diagnosis: Diagnosis
-    addition: Addition | None
+    additions: tuple[Addition, ...]
     page: Path
 
 
@@ -69,19 +73,21 @@ def go(
         found = diagnose(
             study, effects, store=store, report=lambda _, share: tell("diagnosing", share), effect_rows=effect_rows
         )
-        added = None
-        if found.effects:
-            target = _empty(folder.parent / f"{folder.name}_with_{found.effects[0]}")
-            added = add(
+        additions = [
+            add(
                 study,
-                found.effects[0],
-                target,
+                effect,
+                _emptied(folder.parent / f"{folder.name}_with_{effect}"),
                 store,
-                lambda stage, share: tell(f"adding, {stage}", share),
+                lambda stage, share, effect=effect: tell(f"adding {effect}, {stage}", share),  # type: ignore[misc]
                 effect_rows=effect_rows,
             )
-            shutil.copyfile(added.folder / JSON_FILE, found.folder / JSON_FILE)  # the page tells the whole road
-    return Road(compared, found, added, write_report(folder))
+            for effect in found.effects[:MOST]
+        ]
+    additions.sort(key=lambda added: added.step(WITH_EFFECT)["chi2"])
+    if additions:
+        shutil.copyfile(additions[0].folder / JSON_FILE, found.folder / JSON_FILE)  # the page tells the whole road
+    return Road(compared, found, tuple(additions), write_report(folder))
 
 
 def _copied(example: Path, output: Path) -> Path:
@@ -101,7 +107,7 @@ def _copied(example: Path, output: Path) -> Path:
     return folder
 
 
-def _empty(folder: Path) -> Path:
+def _emptied(folder: Path) -> Path:
     """Return a folder without the study that an earlier road wrote there."""
     (folder / STUDY).unlink(missing_ok=True)
     return folder
