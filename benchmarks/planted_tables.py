@@ -10,6 +10,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scipy.stats import beta
 
+from benchmarks.planted_cases import STRONG, WEAK
+
 VERDICTS = ("nothing_missing", "effect", "one_of", "something_else", "cannot_tell", "refused")
 ALARMS = ("effect", "one_of", "something_else")
 KINDS = ("null", "weak", "strong", "pair", "removed", "removed_kin")
@@ -38,7 +40,7 @@ def holds(row: pd.Series) -> bool:
 
 def visible(table: pd.DataFrame) -> pd.Series:
     """Return where the hidden effect was stronger than what these data show with 80 % probability."""
-    strength = table["kind"].map({"weak": 0.35, "strong": 0.9})
+    strength = table["kind"].map({"weak": WEAK, "strong": STRONG})
     return table["detection_share"] <= strength
 
 

@@ -29,7 +29,7 @@ from taichidem.study.diagnosis_plan import Plan, plan
 from taichidem.study.diagnosis_run import evaluate
 from taichidem.study.hypothesis import Hypotheses, hypotheses
 
-DRAWS = {"null": 5}  # sets of measurements per truth
+DRAWS: dict[str, int] = {}  # sets of measurements per truth, where not the usual number
 USUAL_DRAWS = 3
 
 
