@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test lint slow gpu validate bench bench-pass heap-table agreement sensitivity clean
+.PHONY: demo test lint slow gpu validate bench bench-pass heap-table agreement sensitivity planted-truth clean
 
 demo: $(READY)
 	$(BIN)/taichidem demo --output demo
@@ -41,6 +41,9 @@ agreement: $(READY)
 
 sensitivity: $(READY)
 	$(BIN)/python -m benchmarks.sensitivity
+
+planted-truth: $(READY)
+	$(BIN)/python -m benchmarks.planted_truth
 
 $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(0 if (3, 10) <= sys.version_info < (3, 14) else 1)' || { \

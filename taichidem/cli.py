@@ -15,8 +15,7 @@ from rich.table import Table
 
 from analysis.errors import AnalysisError
 from designs.errors import DesignError
-from taichidem import __version__, cli_compare, cli_designs, cli_diagnose, cli_init, cli_report, cli_simulate
-from taichidem.cli_progress import progress
+from taichidem import __version__, cli_compare, cli_demo, cli_designs, cli_diagnose, cli_init, cli_report, cli_simulate
 from taichidem.errors import TaichidemError
 
 app = typer.Typer(
@@ -26,6 +25,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+cli_demo.register(app)
 cli_init.register(app)
 cli_simulate.register(app)
 cli_compare.register(app)
@@ -49,35 +49,6 @@ def _main(
     ] = False,
 ) -> None:
     pass
-
-
-@app.command()
-def demo(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for pictures and results.")] = Path("demo"),
-    seeds: Annotated[int, typer.Option(help="Heaps to pour.", min=1)] = 4,
-    as_json: Json = False,
-) -> None:
-    """Pour the paper's polypropylene heap, picture it, measure its angle, compare it with the laboratory."""
-    from taichidem.heap_comparison import NOT_COUNTED, compare_heap
-    from taichidem.library import polypropylene
-
-    with progress(quiet=as_json) as report:
-        result = compare_heap(polypropylene(), range(1, seeds + 1), output, report=report)
-    if as_json:
-        typer.echo(json.dumps(result.as_dict(), indent=2))
-        return
-    c = result.comparison
-    table = Table("", "angle of repose [deg]", "standard uncertainty [deg]", title="Polypropylene heap")
-    table.add_row("simulated S", f"{c.simulated:.2f}", f"{c.simulated_uncertainty:.2f}")
-    table.add_row("measured D", f"{c.measured:.2f}", f"{c.measured_uncertainty:.2f}")
-    table.add_row("error E = S − D", f"{c.error:+.2f}", f"{c.validation_uncertainty:.2f} (u_val)")
-    Console().print(table)
-    typer.echo(f"{c.text}\n\n{c.advice}\n\n{NOT_COUNTED}\n")
-    for outcome in result.outcomes:
-        if outcome.failure:
-            typer.echo(f"Seed {outcome.seed} failed: {outcome.failure}")
-    for path in result.files.values():
-        typer.echo(f"wrote {path}")
 
 
 @app.command()

@@ -11,11 +11,15 @@ from taichidem.engine_io import Exchange
 from taichidem.errors import CompositionError
 from taichidem.loading import Loader, check_alike, composition, kinds_present, lay_out, total_sizes
 from taichidem.scene import Scene
+from taichidem.state import Sizes
 from taichidem.stepper import Stepper
+from taichidem.walls import FacetKind, PlaneKind, RevolvedKind
 
 MOST_ENGINES = 24  # far below Taichi's 512 trees per process
 
-_engines: OrderedDict[tuple, tuple[Engine, Exchange, Stepper]] = OrderedDict()
+Key = tuple[tuple, Sizes, tuple[type, ...]]  # law with shape and schedule, sizes, kinds of walls
+
+_engines: OrderedDict[Key, tuple[Engine, Exchange, Stepper]] = OrderedDict()
 
 
 def engine_for(scenes: Sequence[Scene], schedule: str) -> tuple[Engine, Exchange, Stepper]:
@@ -30,26 +34,35 @@ def engine_for(scenes: Sequence[Scene], schedule: str) -> tuple[Engine, Exchange
             "does alone. Put them into two simulations."
         )
     single = kinds_of_bodies.pop()
+    law = (composition(scenes[0]), single, schedule)
     kinds = kinds_present(layouts)
-    key = (composition(scenes[0]), sizes, single, schedule, kinds)
-    if key not in _engines:
-        while len(_engines) >= MOST_ENGINES:
-            _, (oldest, _, _) = _engines.popitem(last=False)
-            oldest.user = None
-            oldest.arena.destroy()
-        lanes = CPU_LANES if runtime.start().arch == "cpu" else 1
-        engine = Engine(
-            tuple(scenes[0].model.acting().effects),
-            sizes,
-            single,
-            kinds,
-            schedule,
-            lanes,
-        )
-        _engines[key] = (engine, Exchange(engine), Stepper(engine))
+    key = _fitting(law, sizes, kinds) or _compile(law, sizes, _usual(kinds), scenes[0])
     _engines.move_to_end(key)
     _engines[key][0].user = None  # from here on its tables are nobody's until the new owner has them all
     loader = Loader(_engines[key][0])
     for world, layout in enumerate(layouts):
         loader.load(world, layout)
     return _engines[key]
+
+
+def _usual(kinds: tuple[type, ...]) -> tuple[type, ...]:
+    """Return the wall kinds to compile: the plain ones, since most benches have both; meshes, which take long, only if asked."""
+    return (PlaneKind, RevolvedKind, FacetKind) if FacetKind in kinds else (PlaneKind, RevolvedKind)
+
+
+def _fitting(law: tuple, sizes: Sizes, kinds: tuple[type, ...]) -> Key | None:
+    """Return the smallest engine of a law that has room for the sizes and knows the kinds of walls."""
+    fitting = [key for key in _engines if key[0] == law and key[1].hold(sizes) and set(kinds) <= set(key[2])]
+    return min(fitting, key=lambda key: (key[1].slots, len(key[2])), default=None)
+
+
+def _compile(law: tuple, sizes: Sizes, kinds: tuple[type, ...], scene: Scene) -> Key:
+    while len(_engines) >= MOST_ENGINES:
+        _, (oldest, _, _) = _engines.popitem(last=False)
+        oldest.user = None
+        oldest.arena.destroy()
+    _, single, schedule = law
+    lanes = CPU_LANES if runtime.start().arch == "cpu" else 1
+    engine = Engine(tuple(scene.model.acting().effects), sizes, single, kinds, schedule, lanes)
+    _engines[law, sizes, kinds] = (engine, Exchange(engine), Stepper(engine))
+    return law, sizes, kinds

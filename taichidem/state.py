@@ -26,6 +26,21 @@ class Status(IntEnum):
     OVERLAP = 3
 
 
+# Rows that no engine has less of. They cost some megabytes, compiling another engine costs seconds.
+SMALL = {
+    "worlds": 8,
+    "bodies": 4096,
+    "elements": 4096,
+    "slots": 65536,
+    "cells": 32768,
+    "walls": 32,
+    "wall_elements": 32,
+    "planes": 32,
+    "revolved": 32,
+    "pair_rows": 64,
+}
+
+
 @dataclass(frozen=True)
 class Sizes:
     """Rows of each table, summed over worlds (before halves are doubled)."""
@@ -47,8 +62,13 @@ class Sizes:
     pair_rows: int
 
     def rounded(self) -> "Sizes":
-        """Return every size rounded up to a power of two, so that similar scenes share one compiled engine."""
-        return Sizes(**{n: 1 << max(0, getattr(self, n) - 1).bit_length() for n in self.__dataclass_fields__})
+        """Return sizes rounded up to a power of two and to those of a small bulk test, so that similar scenes share an engine."""
+        least = {name: SMALL.get(name, 1) for name in self.__dataclass_fields__}
+        return Sizes(**{n: max(least[n], 1 << max(0, getattr(self, n) - 1).bit_length()) for n in least})
+
+    def hold(self, other: "Sizes") -> bool:
+        """Return whether every table has at least the rows of another's."""
+        return all(getattr(self, name) >= getattr(other, name) for name in self.__dataclass_fields__)
 
 
 _WORLD = {

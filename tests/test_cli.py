@@ -141,7 +141,7 @@ def small_by_default(monkeypatch):
 @pytest.mark.usefixtures("small_by_default")
 def test_demo_compares_and_leaves_every_file(command, tmp_path):
     folder = tmp_path / "demo"
-    code, out, err = command("demo", "--seeds", "2", "-o", folder, "--json")
+    code, out, err = command("demo", "--heap-only", "--seeds", "2", "-o", folder, "--json")
     assert (code, err) == (0, "")
     result = json.loads(out)
     assert json.loads((folder / "result.json").read_text()) == result
@@ -161,7 +161,7 @@ def test_a_heap_that_cant_be_measured_costs_only_itself(command, tmp_path, monke
         return measure(experiment, outcome)
 
     monkeypatch.setattr(heap_comparison, "picture_angle", fails_once)
-    code, out, _ = command("demo", "--seeds", "2", "-o", tmp_path, "--json")
+    code, out, _ = command("demo", "--heap-only", "--seeds", "2", "-o", tmp_path, "--json")
     result = json.loads(out)
     assert code == 0
     assert "no heap in it" in result["failures"]["1"]
@@ -207,7 +207,7 @@ def check_vtk(folder):
 
 @pytest.mark.usefixtures("small_by_default")
 def test_demo_says_what_it_found(command, tmp_path):
-    code, out, err = command("demo", "--seeds", "1", "-o", tmp_path / "demo")
+    code, out, err = command("demo", "--heap-only", "--seeds", "1", "-o", tmp_path / "demo")
     assert code == 0
     for word in ("simulated S", "measured D", "error E = S − D", "u_val", "30.18", "0.51"):
         assert word in out
