@@ -40,8 +40,8 @@ def tidy(axes: Axes, title: str = "", x: str = "", y: str = "") -> None:
 
 
 def wrapped(text: str, width: int, most: int = 3) -> str:
-    """Break a text into lines; more than `most` of them end in …"""
-    lines = textwrap.wrap(text, width) or [""]
+    """Break a text into lines, names also after an underscore; more than `most` of them end in …"""
+    lines = [line.replace("_ ", "_") for line in textwrap.wrap(text.replace("_", "_ "), width)] or [""]
     if len(lines) > most:
         lines = lines[:most]
         lines[-1] = lines[-1][: width - 1] + "…"
