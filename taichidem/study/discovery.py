@@ -188,13 +188,14 @@ class _Trail:
 
     def _add(self, rivals: Sequence[str], number: int) -> bool:
         """Add each of the leading rivals and go on with the one that fresh seeds bear out best; return whether one did."""
-        tried: list[Addition] = []
+        tried, refused = [], []
         for effect in rivals[:TRIED]:
             try:
                 tried.append(self._joined(self.now, effect, f"{STEP}{number}_{effect}", f"adding {effect}"))
             except InputError as error:
-                self.stopped = str(error)
+                refused.append(str(error))
         if not tried:
+            self.stopped = " ".join(refused)
             return False
         best = min(tried, key=lambda added: added.step(WITH_EFFECT)["chi2"])
         before, after = best.step(RECALIBRATED), best.step(WITH_EFFECT)
