@@ -186,8 +186,7 @@ def _print_diagnosis(found: Diagnosis) -> None:
     for row in found.table[:SHOWN]:
         cells = [_strength(row), f"{row['chi2']:.3g}", f"{row['adjusted_p']:.1g}"]
         if wide:
-            limit = row["detection_limit"]
-            cells += [f"{row['eta']:.2f}", f"{row['held_out_error']:.2g}", f"{limit:.2g}" if limit == limit else "–"]
+            cells += [f"{row['eta']:.2f}", _known(row["held_out_error"], ".2g"), _known(row["detection_limit"], ".2g")]
         shown.add_row(row["effect"], *cells, style="bold" if row["effect"] in found.effects else None)
     console.print(shown)
     typer.echo(f"Verdict: {found.verdict}{': ' + ', '.join(found.effects) if found.effects else ''}\n\n{found.text}\n")
@@ -195,6 +194,10 @@ def _print_diagnosis(found: Diagnosis) -> None:
         typer.echo(line)
     for entry in found.not_tested:
         typer.echo(f"Not tested: {entry['effect']}: {entry['reason']}")
+
+
+def _known(value: float, form: str) -> str:
+    return f"{value:{form}}" if value == value else "–"
 
 
 def _strength(row: Mapping[str, Any]) -> str:
@@ -210,15 +213,17 @@ def print_addition(found: Addition) -> None:
     for heading in ("χ²", "degrees of freedom", "error of tests", "of predicted tests"):
         steps.add_column(heading, justify="right", no_wrap=True)
     for step in found.waterfall:
-        held_out = f"{step['rms_held_out']:.2f}" if step["rms_held_out"] == step["rms_held_out"] else "–"
-        steps.add_row(step["label"], f"{step['chi2']:.1f}", str(step["dof"]), f"{step['rms_fitted']:.2f}", held_out)
+        numbers = (_known(step[name], ".2f") for name in ("rms_fitted", "rms_held_out"))
+        steps.add_row(step["label"], _known(step["chi2"], ".1f"), str(step["dof"]), *numbers)
     console.print(steps)
     tests = Table(box=box.SIMPLE_HEAD, padding=(0, 1), collapse_padding=True, pad_edge=False)
     tests.add_column("error in standard uncertainties", no_wrap=True)
     for heading in ("as believed", "re-calibrated", f"with {found.effect}"):
         tests.add_column(heading, justify="right", no_wrap=True)
     for row in found.tests:
-        tests.add_row(row["label"], *(f"{row[f'z_{s}']:+.1f}" for s in ("believed", "recalibrated", "with_effect")))
+        tests.add_row(
+            row["label"], *(_known(row[f"z_{s}"], "+.1f") for s in ("believed", "recalibrated", "with_effect"))
+        )
     console.print(tests)
     typer.echo(found.text + "\n")
 

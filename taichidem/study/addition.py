@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from taichidem.study.comparison import plain
+from taichidem.study.result_file import ResultFile
 
-SCHEMA = 1
 JSON_FILE = "addition.json"
 BELIEVED, RECALIBRATED, WITH_EFFECT = "believed", "recalibrated", "with_effect"
 
 
 @dataclass(frozen=True, eq=False)
-class Addition:
+class Addition(ResultFile):
     """A study with one effect more, re-calibrated together with it, and what that did to its errors.
 
     Attributes:
@@ -36,6 +34,9 @@ class Addition:
         folder: where results were written.
         pictures: files by name, relative to `folder`.
     """
+
+    file: ClassVar[str] = JSON_FILE
+    hidden: ClassVar[tuple[str, ...]] = ("folder", "new_study")
 
     study: str
     effect: str
@@ -60,17 +61,6 @@ class Addition:
         """Return one step of the waterfall."""
         return next(step for step in self.waterfall if step["step"] == name)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return what addition.json holds, in plain types; missing numbers are None."""
-        held = {name: value for name, value in vars(self).items() if name not in ("folder", "new_study")}
-        return plain({"schema": SCHEMA, **held, "new_study": str(self.new_study)})
-
-    def to_json(self) -> str:
-        """Return addition.json as text."""
-        return json.dumps(self.as_dict(), indent=2, ensure_ascii=False, allow_nan=False)
-
-    def save(self) -> Path:
-        """Write addition.json into the folder and return its path."""
-        path = self.folder / JSON_FILE
-        path.write_text(self.to_json() + "\n", encoding="utf-8")
-        return path
+    def extra(self) -> dict[str, Any]:
+        """Return the folder of the new study as text."""
+        return {"new_study": str(self.new_study)}

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from taichidem.study.comparison import plain
+from taichidem.study.result_file import ResultFile
 
-SCHEMA = 1
 JSON_FILE = "verdict.json"
 
 
 @dataclass(frozen=True, eq=False)
-class Diagnosis:
+class Diagnosis(ResultFile):
     """Which effect a study's model lacks.
 
     Attributes:
@@ -41,6 +39,8 @@ class Diagnosis:
         pictures: files by name, relative to `folder`.
     """
 
+    file: ClassVar[str] = JSON_FILE
+
     study: str
     verdict: str
     effects: tuple[str, ...]
@@ -62,18 +62,3 @@ class Diagnosis:
     wall_s: float
     folder: Path
     pictures: Mapping[str, str] = field(default_factory=dict)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return what verdict.json holds, in plain types; missing numbers are None."""
-        held = {name: value for name, value in vars(self).items() if name != "folder"}
-        return plain({"schema": SCHEMA, **held})
-
-    def to_json(self) -> str:
-        """Return verdict.json as text."""
-        return json.dumps(self.as_dict(), indent=2, ensure_ascii=False, allow_nan=False)
-
-    def save(self) -> Path:
-        """Write verdict.json into the folder and return its path."""
-        path = self.folder / JSON_FILE
-        path.write_text(self.to_json() + "\n", encoding="utf-8")
-        return path

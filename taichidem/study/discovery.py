@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from taichidem import plugins
 from taichidem.errors import InputError
 from taichidem.study.addition import RECALIBRATED, WITH_EFFECT, Addition
 from taichidem.study.addition_run import add
 from taichidem.study.campaign import STORE
-from taichidem.study.comparison import plain
 from taichidem.study.comparison_run import Report, writable
 from taichidem.study.diagnosis import Diagnosis
 from taichidem.study.diagnosis_run import diagnose
+from taichidem.study.result_file import ResultFile
 from taichidem.study.run_store import RunStore
 from taichidem.study.study_file import FILE as STUDY_FILE
 from taichidem.study.study_file import Study, read_study
 
-SCHEMA = 1
 JSON_FILE = "discovery.json"
 FOLDER = "discovery"
 STEP = "step_"  # begins the names of the studies that a search makes
@@ -32,7 +30,7 @@ NEEDED = 2.0  # standard uncertainties from vanishing that an added effect keeps
 
 
 @dataclass(frozen=True, eq=False)
-class Discovery:
+class Discovery(ResultFile):
     """What was found step by step.
 
     Attributes:
@@ -45,6 +43,9 @@ class Discovery:
         folder: where discovery.json was written.
     """
 
+    file: ClassVar[str] = JSON_FILE
+    hidden: ClassVar[tuple[str, ...]] = ("folder", "final")
+
     study: str
     steps: Sequence[Mapping[str, Any]]
     removed: Sequence[str]
@@ -53,20 +54,9 @@ class Discovery:
     final: Path
     folder: Path
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return what discovery.json holds."""
-        held = {name: value for name, value in vars(self).items() if name not in ("folder", "final")}
-        return plain({"schema": SCHEMA, **held, "final": str(self.final)})
-
-    def to_json(self) -> str:
-        """Return discovery.json as text."""
-        return json.dumps(self.as_dict(), indent=2, ensure_ascii=False, allow_nan=False)
-
-    def save(self) -> Path:
-        """Write discovery.json into the folder and return its path."""
-        path = self.folder / JSON_FILE
-        path.write_text(self.to_json() + "\n", encoding="utf-8")
-        return path
+    def extra(self) -> dict[str, Any]:
+        """Return the folder of the last study as text."""
+        return {"final": str(self.final)}
 
 
 def discover(
@@ -188,13 +178,14 @@ class _Trail:
 
     def _add(self, rivals: Sequence[str], number: int) -> bool:
         """Add each of the leading rivals and go on with the one that fresh seeds bear out best; return whether one did."""
-        tried: list[Addition] = []
+        tried, refused = [], []
         for effect in rivals[:TRIED]:
             try:
                 tried.append(self._joined(self.now, effect, f"{STEP}{number}_{effect}", f"adding {effect}"))
             except InputError as error:
-                self.stopped = str(error)
+                refused.append(str(error))
         if not tried:
+            self.stopped = " ".join(refused)
             return False
         best = min(tried, key=lambda added: added.step(WITH_EFFECT)["chi2"])
         before, after = best.step(RECALIBRATED), best.step(WITH_EFFECT)
