@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from taichidem import plugins
-from taichidem.errors import TaichidemError
+from taichidem.errors import InputError, TaichidemError
 from taichidem.experiments.base import Experiment
 from taichidem.study.experiment_section import FILLED_IN
 from taichidem.study.material_section import wall_material
@@ -29,13 +29,18 @@ def proposals(study: Study, only: Iterable[str] | None = None) -> list[Proposal]
         only: names of types; all by default.
 
     Raises:
-        InputError: a type among `only` that is not registered.
+        InputError: a type among `only` that is not registered, or that doesn't propose itself.
     """
     there = {entry.type for entry in study.experiments.values()}
     found = []
     for name in plugins.names("experiment") if only is None else only:
         kind: type[Experiment] = plugins.get("experiment", name)
         settings, uncertainties = kind.proposed(study.particle.diameter)
+        if not uncertainties and only is not None:
+            raise InputError(
+                f"{name} does not say what its result would be uncertain by, so that it can't be weighed as a next measurement. "
+                f"Those that can: {', '.join(_proposing(study.particle.diameter)) or 'none'}."
+            )
         if name in there or not uncertainties:
             continue
         try:
@@ -45,6 +50,10 @@ def proposals(study: Study, only: Iterable[str] | None = None) -> list[Proposal]
             continue  # its usual apparatus does not suit these grains
         found.append(Proposal(test, uncertainties))
     return found
+
+
+def _proposing(diameter: float) -> list[str]:
+    return [n for n in plugins.names("experiment") if plugins.get("experiment", n).proposed(diameter)[1]]
 
 
 def _filled_in(kind: type[Experiment], study: Study) -> dict[str, object]:

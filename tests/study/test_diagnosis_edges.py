@@ -130,3 +130,8 @@ def test_faults_of_the_program_are_not_taken_for_wrong_input(tmp_path, monkeypat
     with pytest.raises(raised) as told:
         analyse(planned, pd.DataFrame())
     assert type(told.value) is raised
+
+
+def test_a_test_that_cannot_be_weighed_is_told(tmp_path):
+    with pytest.raises(InputError, match=r"formula does not say .* Those that can: "):
+        plan(read_study(bench.write(tmp_path / "s", NULL)), ["cohesion_area"], new_tests=["formula"])
