@@ -16,7 +16,7 @@ from analysis.missing_effect.run_input import check_runs, columns_of, points_of,
 from analysis.missing_effect.search import Search, search
 from analysis.missing_effect.surrogate import Surrogate
 from analysis.missing_effect.tables import candidate_table, error_table, parameter_table
-from analysis.missing_effect.verdict import CANNOT_TELL, EFFECT, NOTHING_MISSING, ONE_OF, Levels, Verdict, decide
+from analysis.missing_effect.verdict import CANNOT_TELL, NOTHING_MISSING, ONE_OF, Levels, Verdict, decide
 from analysis.missing_effect.wording import next_sentence, sentences, what_to_do
 from analysis.report import Report
 from designs.space import FactorSpace
@@ -94,8 +94,6 @@ def _next(
     wanted = options(found, [row["label"] for row in new], [float(row["u"]) for row in new])
     if verdict.word == ONE_OF:
         return part_rivals(verdict.named, unmeasured, wanted)
-    if verdict.word == EFFECT and len(found.trials) > 1:
-        return part_rivals(found.trials, unmeasured, wanted)
     if verdict.word in (NOTHING_MISSING, CANNOT_TELL) and found.trials:
         return see_more(found.base.fit, simulator, unmeasured, wanted)
     return None

@@ -19,11 +19,10 @@ def sentences(found: Search, verdict: Verdict) -> tuple[str, ...]:
 
 def _recalibration(found: Search) -> tuple[str, ...]:
     base = found.base.fit
-    first = (
-        f"As it is believed, the model misses {len(found.problem.labels)} measurements by χ² = {found.believed.chi2:.3g}; "
-        f"re-calibrated within its ranges, by χ² = {base.chi2:.3g} on {base.dof} degrees of freedom (p = {_p(base.p_value)})."
+    return (
+        f"Re-calibrated within its ranges, the model misses {found.problem.count} measurements by χ² = {base.chi2:.3g} on "
+        f"{base.dof} degrees of freedom (p = {_p(base.p_value)}).",
     )
-    return (first,)
 
 
 def _finding(found: Search, verdict: Verdict) -> tuple[str, ...]:

@@ -111,7 +111,7 @@ def evaluate(planned: Plan, outcomes: pd.DataFrame, folder: Path) -> Diagnosis:
         study=study.title,
         verdict=analysed.details["verdict"],
         effects=tuple(analysed.details["effects"]),
-        text=" ".join(analysed.sentences),
+        text=" ".join([*_as_believed(chi2["believed"]), *analysed.sentences]),
         advice=tuple(analysed.advice),
         chi2=chi2,
         held_out_error={"before": numbers["held_out_before"], "after": numbers["held_out_after"]},
@@ -164,6 +164,11 @@ def analyse(planned: Plan, table: pd.DataFrame) -> Any:
         if type(error).__module__.partition(".")[0] in ("builtins", "numpy"):
             raise  # a fault of the program; what an analyser can't use it tells by an error of its own
         raise InputError(str(error)) from error
+
+
+def _as_believed(chi2: float) -> list[str]:
+    """Return what the runs of the model as it stands say, which no surrogate stands for; nothing where a test failed."""
+    return [f"As it is believed, the model misses its measurements by χ² = {chi2:.3g}."] if chi2 == chi2 else []
 
 
 def _candidate(hypothesis: Hypothesis, study: Study) -> dict[str, Any]:

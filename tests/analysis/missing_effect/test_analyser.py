@@ -50,7 +50,7 @@ def test_a_hidden_effect_is_found_from_tables(toy):
     numbers = report.numbers
     assert numbers["chi2_with_effect"] < numbers["chi2_recalibrated"] <= numbers["chi2_believed"]
     assert numbers["held_out_after"] < numbers["held_out_before"]
-    assert report.details["next"]["separates"][0] == "e2"
+    assert report.details["next"] is None  # nothing is left to tell it from
 
 
 def test_it_is_the_search_on_the_same_numbers(toy):
@@ -85,10 +85,12 @@ def test_other_units_of_a_parameter_only_change_its_own_numbers(toy):
 
 def test_new_tests_are_considered_for_what_to_measure_next(toy):
     runs, labels = toy.table(), [f"r{i}" for i in range(11)]
-    runs["new.angle"] = 100 * (runs["effect"] == "e2") * runs["share"] + np.random.default_rng(0).normal(
+    runs["new.angle"] = 100 * (runs["effect"] == "e0") * runs["share"] + np.random.default_rng(0).normal(
         0, 0.1, len(runs)
     )
-    report = analysed(toy, runs, new_tests=pd.DataFrame({"label": ["new.angle"], "u": [1.0]}))
+    asked = tables(toy, (0,))["measurements"]
+    report = analysed(toy, runs, measurements=asked, new_tests=pd.DataFrame({"label": ["new.angle"], "u": [1.0]}))
+    assert report.details["verdict"] == "one_of"
     told = report.details["next"]
     assert (told["what"], told["label"], told["is_new"]) == ("new_test", "new.angle", True)
     assert told["label"] not in labels
