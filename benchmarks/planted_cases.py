@@ -36,7 +36,7 @@ class Case:
     """A truth, and which effects the diagnosis may name.
 
     Attributes:
-        kind: null, weak, strong, pair, removed (its kin stays in the library) or removed_kin.
+        kind: nothing, weak, strong, pair, removed (its kin stays in the library) or removed_kin.
         truth: what acts.
         effects: hidden; sorted.
         removed: effects that the diagnosis does not know.
@@ -54,7 +54,7 @@ def cases(study: Study, names: Sequence[str]) -> list[Case]:
 
 
 def _cases(study: Study, names: Sequence[str]) -> Iterator[Case]:
-    plan: list[tuple[str, dict[str, float]]] = [("null", {})] * NULLS
+    plan: list[tuple[str, dict[str, float]]] = [("nothing", {})] * NULLS
     plan += [
         (k, {name: s}) for name in names for k, s in (("weak", WEAK), ("strong", STRONG)) for _ in range(PER_STRENGTH)
     ]

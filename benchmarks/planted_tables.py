@@ -14,9 +14,9 @@ from benchmarks.planted_cases import STRONG, WEAK
 
 VERDICTS = ("nothing_missing", "effect", "one_of", "something_else", "cannot_tell", "refused")
 ALARMS = ("effect", "one_of", "something_else")
-KINDS = ("null", "weak", "strong", "pair", "removed", "removed_kin")
+KINDS = ("nothing", "weak", "strong", "pair", "removed", "removed_kin")
 IN_WORDS = {
-    "null": "nothing missing",
+    "nothing": "nothing missing",
     "weak": "one effect, weak",
     "strong": "one effect, strong",
     "pair": "two effects, strong",
@@ -83,7 +83,7 @@ def summarise(table: pd.DataFrame) -> dict[str, pd.Series]:
     single = table["verdict"] == "effect"
     seen = visible(table)
     kind = table["kind"]
-    found = {"false alarm, nothing missing": alarm[kind == "null"]}
+    found = {"false alarm, nothing missing": alarm[kind == "nothing"]}
     for name in ("strong", "weak"):
         found[f"named, {name}, all effects"] = held[kind == name]
         found[f"named, {name}, effects that the bench can show"] = held[(kind == name) & seen]

@@ -82,7 +82,7 @@ def judge(job: tuple[Path, int, Case]) -> list[dict[str, Any]]:
         row = {"case": number, "kind": case.kind, "hidden": " + ".join(case.effects), "draw": draw_number}
         try:
             made = measure(study, truth, _scatter(work), rng)
-            found = evaluate(replace(planned, measurements=_with_values(planned, made)), outcomes, work)
+            found = evaluate(_with_values(planned, made), outcomes, work)
         except ValueError as error:
             rows.append(row | {"verdict": "refused", "named": "", "note": str(error)})
             continue
@@ -94,6 +94,7 @@ def judge(job: tuple[Path, int, Case]) -> list[dict[str, Any]]:
             "chi2_recalibrated": round(found.chi2["recalibrated"], 2),
             "chi2_with_effect": round(found.chi2["with_effect"], 2),
             "smallest_p": round(min((r["adjusted_p"] for r in found.table), default=1.0), 5),
+            "measured": len(made),
             "detection_share": round(float(np.max(limits)), 3) if limits else float("nan"),
             "note": "",
         }
@@ -101,11 +102,17 @@ def judge(job: tuple[Path, int, Case]) -> list[dict[str, Any]]:
     return rows
 
 
-def _with_values(planned: Plan, made: pd.DataFrame) -> pd.DataFrame:
-    """Return the plan's measurements with other values and uncertainties."""
+def _with_values(planned: Plan, made: pd.DataFrame) -> Plan:
+    """Return the plan with other measurements."""
     values = made.set_index(["experiment", "observable"])[["value", "u"]].astype(float)
     keys = list(zip(planned.measurements["experiment"], planned.measurements["observable"], strict=True))
-    return planned.measurements.assign(value=values.loc[keys, "value"].to_numpy(), u=values.loc[keys, "u"].to_numpy())
+    there = [key in values.index for key in keys]
+    kept = [key for key in keys if key in values.index]
+    rows = planned.measurements[there].assign(
+        value=values.loc[kept, "value"].to_numpy(), u=values.loc[kept, "u"].to_numpy()
+    )
+    labels = [label for label, measured in zip(planned.labels, there, strict=True) if measured]
+    return replace(planned, measurements=rows.reset_index(drop=True), labels=labels)
 
 
 def main() -> None:
