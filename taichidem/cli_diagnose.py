@@ -210,15 +210,15 @@ def print_addition(found: Addition) -> None:
     console = Console()
     steps = Table(title=found.study, box=box.SIMPLE_HEAD, padding=(0, 1), collapse_padding=True, pad_edge=False)
     steps.add_column("model", no_wrap=True)
-    for heading in ("χ²", "degrees of freedom", "error of tests", "of predicted tests"):
+    for heading in ("χ²", "dof", "error of tests", "held out"):
         steps.add_column(heading, justify="right", no_wrap=True)
     for step in found.waterfall:
         numbers = (_known(step[name], ".2f") for name in ("rms_fitted", "rms_held_out"))
         steps.add_row(step["label"], _known(step["chi2"], ".1f"), str(step["dof"]), *numbers)
     console.print(steps)
     tests = Table(box=box.SIMPLE_HEAD, padding=(0, 1), collapse_padding=True, pad_edge=False)
-    tests.add_column("error in standard uncertainties", no_wrap=True)
-    for heading in ("as believed", "re-calibrated", f"with {found.effect}"):
+    tests.add_column("error / u", no_wrap=True)
+    for heading in ("as believed", "re-calibrated", "with effect"):
         tests.add_column(heading, justify="right", no_wrap=True)
     for row in found.tests:
         tests.add_row(
