@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Sequence
+from dataclasses import astuple
 
 from taichidem import runtime
 from taichidem.engine import CPU_LANES, Engine
@@ -53,7 +54,8 @@ def _usual(kinds: tuple[type, ...]) -> tuple[type, ...]:
 def _fitting(law: tuple, sizes: Sizes, kinds: tuple[type, ...]) -> Key | None:
     """Return the smallest engine of a law that has room for the sizes and knows the kinds of walls."""
     fitting = [key for key in _engines if key[0] == law and key[1].hold(sizes) and set(kinds) <= set(key[2])]
-    return min(fitting, key=lambda key: (key[1].slots, len(key[2])), default=None)
+    # To the last field, so that which engine is chosen doesn't depend on which was used last.
+    return min(fitting, key=lambda key: (key[1].slots, len(key[2]), astuple(key[1])), default=None)
 
 
 def _compile(law: tuple, sizes: Sizes, kinds: tuple[type, ...], scene: Scene) -> Key:
