@@ -16,6 +16,7 @@ from taichidem.study.addition import JSON_FILE, WITH_EFFECT
 from taichidem.study.campaign import STORE
 from taichidem.study.comparison_run import Report
 from taichidem.study.measurements import FILE as MEASUREMENTS
+from taichidem.study.result_file import RESULTS
 from taichidem.study.study_file import FILE as STUDY
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "hidden_effect"
@@ -101,7 +102,7 @@ def _copied(example: Path, output: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         for name in (STUDY, MEASUREMENTS):
             shutil.copyfile(example / name, folder / name)
-        (folder / "results" / JSON_FILE).unlink(missing_ok=True)
+        (folder / RESULTS / JSON_FILE).unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"{folder} can't be written ({error.strerror}). Give another folder with -o.") from error
     return folder

@@ -22,11 +22,11 @@ from taichidem.study.diagnosis_plan import Plan, plan
 from taichidem.study.hypothesis import Hypothesis
 from taichidem.study.recalibration import FITTING_SEEDS, Estimate, Recalibrated, estimate_runs, recalibrate
 from taichidem.study.report import write_standardised_errors, write_waterfall
+from taichidem.study.result_file import RESULTS
 from taichidem.study.run_store import RunStore
 from taichidem.study.study_file import Study, read_study
 from taichidem.study.study_writer import check_new
 
-RESULTS = "results"
 FRESH_SEEDS = (101, 102, 103, 104)
 NO_STRENGTH = 1e-3  # share below which the measurements don't want the effect
 LABELS = {BELIEVED: "as believed", RECALIBRATED: "re-calibrated"}

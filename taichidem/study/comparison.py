@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-import numpy as np
 import pandas as pd
 
-SCHEMA = 1
+from taichidem.study.result_file import ResultFile
+
 JSON_FILE, CSV_FILE = "comparison.json", "comparison.csv"
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(ResultFile):
     """A study's measurements beside its simulations.
 
     Attributes:
@@ -38,6 +36,9 @@ class Comparison:
         wall_s: time it took [s].
     """
 
+    file: ClassVar[str] = JSON_FILE
+    hidden: ClassVar[tuple[str, ...]] = ("folder", "table", "parameters")
+
     study: str
     table: pd.DataFrame
     parameters: pd.DataFrame
@@ -55,47 +56,11 @@ class Comparison:
     photographs: tuple[Mapping[str, Any], ...] = ()
     pictures: Mapping[str, str] = field(default_factory=dict)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return what comparison.json holds, in plain types; missing numbers are None."""
-        return plain(
-            {
-                "schema": SCHEMA,
-                "study": self.study,
-                "rows": self.table.to_dict("records"),
-                "parameters": self.parameters.to_dict("records"),
-                "chi2": self.chi2,
-                "dof": self.dof,
-                "p_value": self.p_value,
-                "failing": self.failing,
-                "trends": self.trends,
-                "text": self.text,
-                "advice": self.advice,
-                "failures": self.failures,
-                "runs": self.runs,
-                "wall_s": self.wall_s,
-                "photographs": self.photographs,
-                "pictures": self.pictures,
-            }
-        )
+    def extra(self) -> dict[str, Any]:
+        """Return the tables as rows."""
+        return {"rows": self.table.to_dict("records"), "parameters": self.parameters.to_dict("records")}
 
-    def to_json(self) -> str:
-        """Return comparison.json as text."""
-        return json.dumps(self.as_dict(), indent=2, ensure_ascii=False, allow_nan=False)
-
-    def save(self) -> list[Path]:
-        """Write comparison.json and comparison.csv into the folder; return their paths."""
-        written = [self.folder / JSON_FILE, self.folder / CSV_FILE]
-        written[0].write_text(self.to_json() + "\n", encoding="utf-8")
-        self.table.to_csv(written[1], index=False, encoding="utf-8")
-        return written
-
-
-def plain(value: Any) -> Any:
-    """Return mappings, sequences and numbers as types that JSON knows; numbers that aren't finite become None."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(inner) for inner in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    def save(self) -> Path:
+        """Write comparison.json and comparison.csv into the folder and return the path of the first."""
+        self.table.to_csv(self.folder / CSV_FILE, index=False, encoding="utf-8")
+        return super().save()

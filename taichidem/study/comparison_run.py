@@ -18,11 +18,11 @@ from taichidem.study.comparison_photographs import Photographed, heap_pictures, 
 from taichidem.study.comparison_rows import ANALYSER, analyse_errors, measured_parameters, rows_of, value_table
 from taichidem.study.measurements import measurements_file, read_measurements
 from taichidem.study.problems import FileError
+from taichidem.study.result_file import RESULTS
 from taichidem.study.run_store import RunStore
 from taichidem.study.study_file import Study, read_study
 
 Report = Callable[[str, float], None]
-RESULTS = "results"
 SEEDS = (1, 2, 3, 4)
 DOTS_PER_INCH = 150
 

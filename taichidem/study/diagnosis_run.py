@@ -19,12 +19,12 @@ from taichidem.study.diagnosis import Diagnosis
 from taichidem.study.diagnosis_plan import Plan, plan
 from taichidem.study.hypothesis import Hypothesis
 from taichidem.study.report import write_look_alikes, write_standardised_errors, write_waterfall
+from taichidem.study.result_file import RESULTS
 from taichidem.study.run_store import RunStore
 from taichidem.study.setting_key import SettingKey
 from taichidem.study.study_file import Study, read_study
 
 ANALYSER = "missing_effect"
-RESULTS = "results"
 ASSUMPTIONS = (
     "The scatter from seed to seed is the same all over the design and independent between tests.",
     "Stated uncertainties u are standard uncertainties of independent errors; what tests share is not counted.",
@@ -215,7 +215,11 @@ def _next_measurement(planned: Plan, analysed: Any) -> dict[str, Any] | None:
     found = analysed.details["next"]
     if found is None:
         return None
-    label = found["label"]
+    return {**found, "text": analysed.details["next_text"], **_what_to_measure(planned, found["label"])}
+
+
+def _what_to_measure(planned: Plan, label: str) -> dict[str, Any]:
+    """Return test, settings, observable and unit behind the label of a new test, of a measurement or of a parameter."""
     if label in planned.new_responses:
         name, observable = planned.new_responses[label]
         test = planned.proposals[name].experiment
@@ -224,23 +228,10 @@ def _next_measurement(planned: Plan, analysed: Any) -> dict[str, Any] | None:
         name, observable = planned.responses[label]
         test, settings = planned.study.experiment(name), dict(planned.study.experiments[name].settings)
     else:
-        entry = next(c for c in planned.study.calibrate if c.key == label)
-        return {
-            **found,
-            "text": analysed.details["next_text"],
-            "experiment": "",
-            "settings": {},
-            "observable": label,
-        } | {"unit": entry.unit}
+        unit = next(c.unit for c in planned.study.calibrate if c.key == label)
+        return {"experiment": "", "settings": {}, "observable": label, "unit": unit}
     unit = next(o.unit for o in test.observables if o.name == observable)
-    return {
-        **found,
-        "text": analysed.details["next_text"],
-        "experiment": name,
-        "settings": settings,
-        "observable": observable,
-        "unit": unit,
-    }
+    return {"experiment": name, "settings": settings, "observable": observable, "unit": unit}
 
 
 def _design(planned: Plan, analysed: Any) -> dict[str, Any]:

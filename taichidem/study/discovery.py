@@ -16,7 +16,7 @@ from taichidem.study.campaign import STORE
 from taichidem.study.comparison_run import Report, writable
 from taichidem.study.diagnosis import Diagnosis
 from taichidem.study.diagnosis_run import diagnose
-from taichidem.study.result_file import ResultFile
+from taichidem.study.result_file import RESULTS, ResultFile
 from taichidem.study.run_store import RunStore
 from taichidem.study.study_file import FILE as STUDY_FILE
 from taichidem.study.study_file import Study, read_study
@@ -87,7 +87,7 @@ def discover(
             `diagnose` once something was added, ends the search.
     """
     first = study if isinstance(study, Study) else read_study(study)
-    folder = writable(first.path / "results" if output is None else output)
+    folder = writable(first.path / RESULTS if output is None else output)
     names = None if effects is None else list(effects)
     steps = folder / FOLDER if output is None else folder
     _check_own(folder, steps)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
-from taichidem.study.comparison import plain
+import numpy as np
+
+RESULTS = "results"  # folder of a study in which they lie
 
 
 class ResultFile:
@@ -43,3 +46,14 @@ class ResultFile:
         path = self.folder / self.file
         path.write_text(self.to_json() + "\n", encoding="utf-8")
         return path
+
+
+def plain(value: Any) -> Any:
+    """Return mappings, sequences and numbers as types that JSON knows; numbers that aren't finite become None."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(inner) for inner in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -21,8 +21,9 @@ from taichidem.study.report.chart_style import as_svg
 from taichidem.study.report.chart_waterfall import describe_waterfall, waterfall_figure
 from taichidem.study.report.embedded import pictures
 from taichidem.study.report.headline import headline
-from taichidem.study.report.results_folder import COMMANDS, RESULTS, Results, read_results
+from taichidem.study.report.results_folder import COMMANDS, Results, read_results
 from taichidem.study.report.series import label_of, look_alikes, test_errors, waterfall_steps
+from taichidem.study.result_file import RESULTS
 from taichidem.study.study_file import study_file
 
 FILE = "report.html"

@@ -12,9 +12,8 @@ from pydantic import ValidationError
 
 from taichidem.errors import InputError
 from taichidem.study.report.result_schema import KINDS, complete
+from taichidem.study.result_file import ResultFile
 
-RESULTS = "results"
-SCHEMA = 1
 COMMANDS = {
     "comparison": "compare {study}",
     "verdict": "diagnose {study}",
@@ -74,9 +73,9 @@ def _read(kind: str, file: Path, study: str) -> dict[str, Any]:
         raise InputError(f"{file} is not valid JSON ({error}). {again}") from error
     if not isinstance(document, dict):
         raise InputError(f"{file} holds no JSON object. {again}")
-    if document.get("schema") != SCHEMA:
+    if document.get("schema") != ResultFile.schema:
         raise InputError(
-            f"{file} has schema {document.get('schema')!r:.60}; this version reads {SCHEMA}. "
+            f"{file} has schema {document.get('schema')!r:.60}; this version reads {ResultFile.schema}. "
             f"A newer file needs a newer taichidem. {again}"
         )
     try:
