@@ -9,6 +9,7 @@ Both call the same functions and give the same bits.
 import taichi as ti
 
 from taichidem.arena import Arena
+from taichidem.bodies import Kind
 from taichidem.contact import vec3
 from taichidem.contacts import Contacts
 from taichidem.effects.law import Law
@@ -33,7 +34,7 @@ class Engine:
         self,
         effects: tuple,
         sizes: Sizes,
-        single: bool,
+        kind: Kind,
         wall_kinds: tuple,
         schedule: str = "worlds",
         lanes: int = CPU_LANES,
@@ -42,10 +43,11 @@ class Engine:
         self.law = Law(effects)
         self.sizes = sizes
         self.wall_kinds = wall_kinds
-        self.single = single
+        self.kind = kind
+        self.single = kind != "multisphere"
         self.lanes = lanes
         gathering = schedule == "particles"
-        self.state = State(self.arena, sizes, single, self.law.memories, wall_kinds, gathering, self.law.carries)
+        self.state = State(self.arena, sizes, self.single, self.law.memories, wall_kinds, gathering, self.law.carries)
         self.law.allocate(self.arena, sizes.pair_rows, sizes.worlds, self.state.past)
         self.wall_motion = WallMotion(self.state)
         self.integrator = Integrator(self.state)

@@ -36,11 +36,7 @@ class WorldLayout:
 
     @property
     def elements(self) -> int:
-        scene = self.scene
-        if scene.bodies is None or scene.bodies.single:
-            return scene.room
-        per_body = len(scene.bodies.element_body) / len(scene.bodies)
-        return int(np.ceil(per_body * scene.room))
+        return int(np.ceil(self.scene.elements_per_body * self.scene.room))
 
     @property
     def slots(self) -> int:

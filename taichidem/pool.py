@@ -28,14 +28,13 @@ def engine_for(scenes: Sequence[Scene], schedule: str) -> tuple[Engine, Exchange
     check_alike(scenes)
     layouts = [lay_out(scene) for scene in scenes]
     sizes = total_sizes(layouts).rounded()
-    kinds_of_bodies = {scene.bodies is None or scene.bodies.single for scene in scenes}
+    kinds_of_bodies = {scene.kind for scene in scenes}
     if len(kinds_of_bodies) > 1:
         raise CompositionError(
-            "Some scenes hold composed bodies and some single spheres only; a world would not behave to the last bit as it "
-            "does alone. Put them into two simulations."
+            f"The scenes hold grains of different kinds ({', '.join(sorted(kinds_of_bodies))}); a world would not behave to the "
+            "last bit as it does alone. Put them into one simulation per kind."
         )
-    single = kinds_of_bodies.pop()
-    law = (composition(scenes[0]), single, schedule)
+    law = (composition(scenes[0]), kinds_of_bodies.pop(), schedule)
     kinds = kinds_present(layouts)
     key = _fitting(law, sizes, kinds) or _compile(law, sizes, _usual(kinds), scenes[0])
     _engines.move_to_end(key)
@@ -63,8 +62,8 @@ def _compile(law: tuple, sizes: Sizes, kinds: tuple[type, ...], scene: Scene) ->
         _, (oldest, _, _) = _engines.popitem(last=False)
         oldest.user = None
         oldest.arena.destroy()
-    _, single, schedule = law
+    _, kind, schedule = law
     lanes = CPU_LANES if runtime.start().arch == "cpu" else 1
-    engine = Engine(tuple(scene.model.acting().effects), sizes, single, kinds, schedule, lanes)
+    engine = Engine(tuple(scene.model.acting().effects), sizes, kind, kinds, schedule, lanes)
     _engines[law, sizes, kinds] = (engine, Exchange(engine), Stepper(engine))
     return law, sizes, kinds

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from taichidem.bodies import Bodies
+from taichidem.bodies import Bodies, Kind
 from taichidem.effects.base import ContactEffect
-from taichidem.errors import InputError
+from taichidem.errors import CompositionError, InputError
 from taichidem.materials import MaterialPair, rayleigh_time_step
 from taichidem.model import Model
 from taichidem.walls import Motion, Wall
@@ -29,6 +29,8 @@ class Scene:
         model: materials and effects.
         walls: rigid walls.
         bodies: grains present at time 0.
+        grains_like: a grain of each kind that will come later, where they are no single spheres or none is there yet; from it
+            the scene learns their radii and what engine they need.
         room: largest number of bodies at any time; by default those present at the start.
         domain: lower and upper corner [m]; what leaves it is removed.
         largest_radius, smallest_radius: of any grain that will ever be there [m]; by default those of `bodies`.
@@ -44,6 +46,7 @@ class Scene:
     model: Model
     walls: Sequence[Wall] = ()
     bodies: Bodies | None = None
+    grains_like: Bodies | None = None
     room: int = 0
     domain: tuple[Sequence[float], Sequence[float]]
     largest_radius: float = 0.0
@@ -72,10 +75,9 @@ class Scene:
                 "The scene has no grains and no room for any; give bodies, or room for those that will come."
             )
         object.__setattr__(self, "room", room)
-        if self.bodies is not None:
-            radii = self.bodies.element_radius
-            object.__setattr__(self, "largest_radius", max(self.largest_radius, float(radii.max())))
-            smallest = float(radii.min())
+        for known in filter(None, (self.bodies, self.grains_like)):
+            largest, smallest = float(known.element_radius.max()), known.smallest_radius
+            object.__setattr__(self, "largest_radius", max(self.largest_radius, largest))
             object.__setattr__(self, "smallest_radius", min(self.smallest_radius or smallest, smallest))
         object.__setattr__(self, "smallest_radius", self.smallest_radius or self.largest_radius)
         if not 0 < self.smallest_radius <= self.largest_radius:
@@ -92,6 +94,7 @@ class Scene:
             self._check_time_step()
         else:
             self.check_bodies(self.bodies)
+        _ = self.kind
         for pair in self.model.pairs():
             for effect in self.model.effects:
                 if isinstance(effect, ContactEffect) and self.can_touch(pair):
@@ -125,7 +128,7 @@ class Scene:
                 f"{', '.join(f'{k} ({self.model.materials[k].name!r})' for k in grains)}. Correct the number, or add the "
                 "material to grain_materials."
             )
-        smallest, largest = float(bodies.element_radius.min()), float(bodies.element_radius.max())
+        smallest, largest = bodies.smallest_radius, float(bodies.element_radius.max())
         if largest > self.largest_radius * (1 + 1e-9) or smallest < self.smallest_radius * (1 - 1e-9):
             raise InputError(
                 f"Grains have radii from {smallest:g} to {largest:g} m; the scene was laid out for {self.smallest_radius:g} "
@@ -167,6 +170,23 @@ class Scene:
             known = range(len(self.model.materials))
             return {self.model.materials[k].name for k in np.unique(self.bodies.element_material) if k in known}
         return {m.name for m in self.model.materials}
+
+    @property
+    def kind(self) -> Kind:
+        """The kind of bodies that the scene's engine must know."""
+        kinds = {known.kind for known in (self.bodies, self.grains_like) if known is not None}
+        if kinds >= {"multisphere", "superquadric"}:
+            raise CompositionError(
+                "The scene holds bodies composed of spheres and superquadrics; one engine knows one of the two. Describe all "
+                "of them by spheres, or all by superquadrics."
+            )
+        return next((kind for kind in ("superquadric", "multisphere") if kind in kinds), "sphere")  # type: ignore[return-value]
+
+    @property
+    def elements_per_body(self) -> float:
+        """The most contact elements that a body of a kind known to the scene has on average."""
+        known = [bodies for bodies in (self.bodies, self.grains_like) if bodies is not None]
+        return max((len(b.element_body) / len(b) for b in known), default=1.0)
 
     def reach(self) -> float:
         """Return the largest gap [m] at which an effect acts in this scene."""

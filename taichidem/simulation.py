@@ -13,6 +13,7 @@ from taichidem.effects.base import ContactEffect
 from taichidem.errors import InputError, SimulationError, unknown_name
 from taichidem.loading import motion_columns
 from taichidem.scene import Scene
+from taichidem.shapes.forms import Forms
 from taichidem.snapshot import Snapshot, WallState
 from taichidem.walls import Motion, Wall
 
@@ -57,7 +58,7 @@ class Simulation:
         self._engine, self._exchange, self._stepper = pool.engine_for(self.scenes, schedule)
         self._engine.user = self
         self._asked = [0.0] * len(self.scenes)  # time each world was asked to reach [s]
-        self._inserted = [0] * len(self.scenes)
+        self._inserted: list[list[Bodies]] = [[] for _ in self.scenes]
         for world, scene in enumerate(self.scenes):
             if scene.bodies is not None:
                 self.insert(scene.bodies, world=world)
@@ -95,10 +96,14 @@ class Simulation:
                 f"World {world} holds {present} bodies and {len(bodies)} more were given; it has room for {room}. "
                 "Raise `room` of the scene."
             )
-        if self._engine.single and not bodies.single:
+        kind = self._engine.kind
+        if bodies.kind not in (kind, "sphere"):
             raise InputError(
-                "Composed bodies were given to a world of single spheres; put one into the scene's bodies."
+                f"Bodies of kind {bodies.kind!r} were given to a simulation made for {kind!r}; put one like them into the "
+                "scene's bodies or grains_like."
             )
+        if kind == "superquadric":
+            bodies = bodies.as_superquadrics()
         self.scenes[world].check_bodies(bodies)
         row = self._world(world)
         if not self._engine.single and row["elements"] + len(bodies.element_body) > row["element_capacity"]:
@@ -109,8 +114,8 @@ class Simulation:
         for effect in self.scenes[world].model.effects:
             if isinstance(effect, ContactEffect) and effect.carries:
                 self._exchange.give(world, effect.initial_amounts(bodies.mass, bodies.radius))
-        self._exchange.insert(world, bodies, self._inserted[world])
-        self._inserted[world] += len(bodies)
+        self._exchange.insert(world, bodies, sum(map(len, self._inserted[world])))
+        self._inserted[world].append(bodies)
 
     def run(self, duration: float | Sequence[float] | np.ndarray) -> None:
         """Advance every running world by a duration [s], one for all or one each; a stopped world is left as it is."""
@@ -158,11 +163,13 @@ class Simulation:
         row = self._world(world)
         arrays = self._exchange.read(world, int(row["bodies"]))
         time = row["step"] * self.scenes[world].dt
+        forms = Forms.of(self._inserted[world]).rows(arrays["identity"])
         return Snapshot(
             time=time,
             kinetic_energy=float(self._exchange.kinetic(world)),
             left=int(row["left"]),
             rebuilds=int(row["rebuilds"]),
+            forms=forms,
             **arrays,  # type: ignore[arg-type]
         )
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from taichidem.shapes.forms import Forms
+
 
 @dataclass(frozen=True)
 class Snapshot:
@@ -17,6 +19,7 @@ class Snapshot:
         orientation: quaternions (w, x, y, z), (n, 4); identity for single spheres, which need none.
         mass, radius: (n,).
         identity: number given at insertion, (n,).
+        forms: what each body looks like in its principal frame; a single sphere where nothing else was inserted.
         carried: what each body holds of an effect's amount, such as liquid [m³], (n,); zero where no effect has one.
         kinetic_energy: of motion and rotation [J].
         left: bodies that left the domain so far.
@@ -33,6 +36,7 @@ class Snapshot:
     mass: np.ndarray
     radius: np.ndarray
     identity: np.ndarray
+    forms: Forms
     carried: np.ndarray
     kinetic_energy: float
     left: int

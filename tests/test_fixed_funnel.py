@@ -13,6 +13,7 @@ from taichidem.errors import InputError
 from taichidem.experiments import FixedFunnel
 from taichidem.library import PAPER_HEAP, polypropylene
 from taichidem.procedure import World, play
+from taichidem.shapes import Forms
 from taichidem.simulation import Simulation, Snapshot
 from tests.small_heap import SMALL
 
@@ -143,6 +144,7 @@ def cone(angle_deg: float) -> Snapshot:
         kinetic_energy=0.0,
         radius=np.full(n, 0.003),
         identity=np.arange(n),
+        forms=Forms.spheres(np.full(n, 0.003)),
         carried=np.zeros(n),
         left=0,
         rebuilds=0,

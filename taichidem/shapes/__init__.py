@@ -1,5 +1,7 @@
-"""Particle shapes, one per file; each is a small type with its own contact search."""
+"""Particle shapes: what a user says of a form, and the contact search that goes with it."""
 
-from taichidem.shapes.sphere import Sphere
+from taichidem.shapes.base import Elements, GrainShape
+from taichidem.shapes.forms import Forms
+from taichidem.shapes.superquadric import Superquadric
 
-__all__ = ["Sphere"]
+__all__ = ["Elements", "Forms", "GrainShape", "Superquadric"]

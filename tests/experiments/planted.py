@@ -7,6 +7,7 @@ import numpy as np
 from taichidem.effects import BodyGravity, NormalHertz, TangentialMindlin
 from taichidem.materials import Material
 from taichidem.scene import Model
+from taichidem.shapes import Forms
 from taichidem.simulation import Snapshot
 
 GRANULE = Material("granule", 910.0, 5e6, 0.36)
@@ -91,6 +92,7 @@ def snapshot(position, radius=0.003, mass=1e-4, **values) -> Snapshot:
     held = dict.fromkeys(("velocity", "spin", "force", "torque"), np.zeros((n, 3)))
     held |= {"mass": np.full(n, mass), "radius": np.full(n, radius), "identity": np.arange(n)}
     held |= {"orientation": np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), "position": position}
+    held["forms"] = Forms.spheres(held["radius"])
     return Snapshot(
         **{**held, "carried": np.zeros(n), "time": 0.0, "kinetic_energy": 0.0, "left": 0, "rebuilds": 0, **values}
     )

@@ -29,16 +29,6 @@ def body(position, offsets, radii, *, mass, inertia, orientation=(1.0, 0, 0, 0),
     )
 
 
-def joined(*parts):
-    """Return several sets of bodies as one."""
-    arrays = {}
-    for name in vars(parts[0]):
-        arrays[name] = np.concatenate([getattr(p, name) for p in parts])
-    starts = np.cumsum([0] + [len(p) for p in parts])
-    arrays["element_body"] = np.concatenate([p.element_body + s for p, s in zip(parts, starts, strict=False)])
-    return Bodies(**arrays)
-
-
 MASS = SOFT.density * 4 / 3 * math.pi * 1e-6
 # A far-away dumbbell makes the engine treat all bodies of a world as composed.
 FAR = body([5, 5, 5], [[0, 0, -0.01], [0, 0, 0.01]], [0.01, 0.01], mass=2 * MASS, inertia=(3e-6, 3e-6, 1e-6))
@@ -55,7 +45,7 @@ def test_a_body_of_one_sphere_equals_a_sphere():
     spheres = Simulation(scene(grains, law=law))
     spheres.run(0.1)
     one = spheres.snapshot()
-    composed = Simulation(scene(joined(grains, FAR), law=law))
+    composed = Simulation(scene(Bodies.joined([grains, FAR]), law=law))
     composed.run(0.1)
     two = composed.snapshot()
     assert np.abs(one.velocity - grains.velocity).max() > 0.5
@@ -209,7 +199,7 @@ def test_momentum_of_colliding_dumbbells():
         )
         for x in ([0.03, 0, 0], [-0.03, 0.01, 0], [0, 0.045, 0.005], [0, -0.04, 0], [0, 0, 0.06])
     ]
-    bodies = joined(*parts)
+    bodies = Bodies.joined(parts)
     simulation = Simulation(scene(bodies, walls=(), law=effects(0.7, 0.5, 0.1), time_step=5e-6, skin=1e-3))
 
     def totals(now):
