@@ -2,8 +2,10 @@
 
 import taichi as ti
 
+vec2 = ti.types.vector(2, ti.f64)
 vec3 = ti.types.vector(3, ti.f64)
 vec4 = ti.types.vector(4, ti.f64)
+mat3 = ti.types.matrix(3, 3, ti.f64)
 
 # One touching pair. Side i is the element that owns the pair, side j its partner (an element or a wall).
 Contact = ti.types.struct(

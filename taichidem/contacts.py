@@ -73,6 +73,23 @@ class Contacts(OnTables):
         return self.law.body_wrench(w, b)
 
     @ti.func
+    def inverse_mass_along(self, i, arm, normal):
+        """Return 1/m + (r × n)·I⁻¹ (r × n), how much a push along n at the arm r moves the point it acts on [1/kg]."""
+        turn = self.rotors[i].rotation.transpose() @ arm.cross(normal)
+        return self.bodies[i].inverse_mass + turn.dot(turn * self.rotors[i].inverse_inertia)
+
+    @ti.func
+    def effective_mass(self, i, partner, j, c):
+        """Return the mass that a push along the normal moves where the bodies touch, which their rotation makes smaller [kg].
+
+        With it the dashpot, made for two centres on the line of the push, realises the coefficient of restitution off it.
+        """
+        inverse = self.inverse_mass_along(i, c.lever_i, c.normal)
+        if partner >= 0:
+            inverse += self.inverse_mass_along(j, c.lever_j, c.normal)
+        return 1.0 / inverse
+
+    @ti.func
     def memory_slot(self, e, element, slot, counts):
         """Return the slot that keeps a contact's memory: a face within a flat patch shares that of the patch."""
         kept = slot
@@ -110,7 +127,7 @@ class Contacts(OnTables):
         total = Wrench(force=vec3(0.0), torque=vec3(0.0))
         spoken, spoken_before = vec3(1e300), vec3(1e300)
         if ti.static(self.single):
-            total = self.body_load(w, e, a.radius)
+            total = self.body_load(w, e, self.shape.size(a))
         for s in range(self.elements[e].slots_from, self.elements[e].slots_to):
             partner = self.slots[s].partner
             kept = s
@@ -119,7 +136,7 @@ class Contacts(OnTables):
             c.radius = self.slots[s].radius
             c.mass = self.slots[s].mass
             if partner >= 0:
-                self.shape.touch(a, self.place(partner), c, reach)
+                self.shape.touch(s, a, self.place(partner), c, reach)
                 if c.touching == 1:
                     j = self.body_of(partner)
                     c.lever_i += arm_i
@@ -129,8 +146,7 @@ class Contacts(OnTables):
                     c.velocity = velocity - self.bodies[j].velocity + spin.cross(c.lever_i) - c.spin_j.cross(c.lever_j)
             else:
                 element = -1 - partner
-                near = self.wall_motion.nearest(element, a.position, a.radius, time)
-                self.shape.touch_wall(a, near, c, reach)
+                near = self.shape.touch_wall(s, a, element, time, c, reach)
                 if c.touching == 1:
                     kept = self.memory_slot(e, element, s, near.counts)
                     if kept != s and self.slots[kept].stamp == evaluation:
@@ -149,12 +165,14 @@ class Contacts(OnTables):
                 pushed[s].torque = vec3(0.0)
                 pushed[s].change = 0.0
             if c.touching == 1:
+                if ti.static(not self.round):
+                    c.mass = self.effective_mass(i, partner, j, c)
                 if self.slots[kept].stamp < evaluation - 1:
                     self.law.forget(kept)
                 self.slots[kept].stamp = evaluation
-                smaller = a.radius
+                smaller = self.shape.thickness(a)
                 if partner >= 0:
-                    smaller = ti.min(a.radius, c.radius_j)
+                    smaller = ti.min(smaller, self.shape.thickness(self.place(partner)))
                 if c.overlap > LARGEST_OVERLAP * smaller:
                     self.worlds[w].status = int(Status.OVERLAP)
                     self.worlds[w].largest_overlap = c.overlap
