@@ -4,6 +4,7 @@ import taichi as ti
 
 from taichidem.contact import Body, Contact, Holding, Wrench, vec3
 from taichidem.integrate import rotate
+from taichidem.pushes import Pushes
 from taichidem.shapes.sphere import Place
 from taichidem.state import OnTables, Status
 
@@ -17,6 +18,7 @@ class Contacts(OnTables):
 
     def __init__(self, state, law, shape, wall_motion) -> None:
         super().__init__(state)
+        self.pushes = None if self.single else Pushes(state)
         self.wall_motion = wall_motion
         self.law = law
         self.shape = shape
@@ -79,15 +81,31 @@ class Contacts(OnTables):
         return self.bodies[i].inverse_mass + turn.dot(turn * self.rotors[i].inverse_inertia)
 
     @ti.func
-    def effective_mass(self, i, partner, j, c):
-        """Return the mass that a push along the normal moves where the bodies touch, which their rotation makes smaller [kg].
+    def mass_to_stop(self, w, s, kept, i, partner, j, c, own_only: ti.template(), pushed: ti.template()):
+        """Return the mass that the contact in slot s decelerates, which rotation makes smaller than that of the bodies [kg].
 
         With it the dashpot, made for two centres on the line of the push, realises the coefficient of restitution off it.
         """
-        inverse = self.inverse_mass_along(i, c.lever_i, c.normal)
-        if partner >= 0:
-            inverse += self.inverse_mass_along(j, c.lever_j, c.normal)
-        return 1.0 / inverse
+        mass = c.mass
+        with_body = ti.cast(partner >= 0, ti.i32)
+        if ti.static(self.single):
+            inverse = self.inverse_mass_along(i, c.lever_i, c.normal)
+            if with_body == 1:
+                inverse += self.inverse_mass_along(j, c.lever_j, c.normal)
+            mass = 1.0 / inverse
+        else:
+            evaluation = self.worlds[w].evaluation
+            is_new = ti.cast(self.slots[kept].stamp < evaluation - 1, ti.i32)
+            mass = self.pushes.mass(s, i, j, with_body, c, evaluation, is_new)
+            turn_i, turn_j = c.lever_i.cross(c.normal), c.normal.cross(c.lever_j)
+            if ti.static(own_only):
+                pushed[s].kept = kept
+                pushed[s].normal = c.normal
+                pushed[s].turn_i = turn_i
+                pushed[s].turn_j = turn_j
+            else:
+                self.pushes.note(s, i, j, with_body, c.normal, turn_i, turn_j, evaluation)
+        return mass
 
     @ti.func
     def memory_slot(self, e, element, slot, counts):
@@ -164,9 +182,11 @@ class Contacts(OnTables):
                 pushed[s].force = vec3(0.0)
                 pushed[s].torque = vec3(0.0)
                 pushed[s].change = 0.0
+                if ti.static(not self.single):
+                    pushed[s].kept = -1
             if c.touching == 1:
                 if ti.static(not self.round):
-                    c.mass = self.effective_mass(i, partner, j, c)
+                    c.mass = self.mass_to_stop(w, s, kept, i, partner, j, c, own_only, pushed)
                 if self.slots[kept].stamp < evaluation - 1:
                     self.law.forget(kept)
                 self.slots[kept].stamp = evaluation

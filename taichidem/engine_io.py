@@ -66,7 +66,7 @@ class Exchange(OnTables):
                 self.rotors[i].inverse_inertia = 1.0 / inertia
                 self.rotors[i].momentum = rotate(q, inertia * rotate_back(q, spin))
             if ti.static(not self.single):
-                self.integrator.turn(i)
+                self.integrator.turn(i, self.rotors[i].orientation)
         self.worlds[w].fresh = 1
 
     @ti.kernel
@@ -88,7 +88,7 @@ class Exchange(OnTables):
                 self.forms[e].dual = vec2(forms[k, 3], forms[k, 4])
                 self.forms[e].ellipsoid = ti.cast(forms[k, 5], ti.i32)
                 self.forms[e].size = forms[k, 6]
-                self.integrator.turn(e)
+                self.integrator.turn(e, self.rotors[e].orientation)
             if ti.static(not self.single):
                 offset = vec3(geometry[k, 0], geometry[k, 1], geometry[k, 2])
                 self.owned[e].body = i

@@ -181,6 +181,13 @@ class Neighbours(OnTables):
         for e in range(base, base + self.worlds[w].elements):
             cursor = self.fill(w, e, cursor, True)
         self.worlds[w].slots = cursor - self.worlds[w].slot_base
+        self.finish(w)
+
+    @ti.func
+    def finish(self, w):
+        """Do what needs the lists whole, and one thread."""
+        if ti.static(not self.single):
+            self.contacts.pushes.group(w)
         if ti.static(self.carries):
             self.inheritance.give_back(w)
 

@@ -14,7 +14,7 @@ import taichi as ti
 
 from taichidem.arena import Arena
 from taichidem.bodies import Kind
-from taichidem.contact import mat3, vec2, vec3, vec4
+from taichidem.contact import Symmetric, mat3, vec2, vec3, vec4
 from taichidem.walls.facet import SIDE_COLUMNS, FacetKind
 
 
@@ -149,9 +149,20 @@ _FORM = {  # of a superquadric
     "dual": vec2,  # m₁ and m₂, m = n/(n − 1)
     "ellipsoid": ti.i32,  # both exponents are 2
     "size": ti.f64,  # radius of the sphere of equal volume [m]
-    "spread": mat3,  # R diag(a², b², c²) Rᵀ [m²]
+    "spread": Symmetric,  # R diag(a², b², c²) Rᵀ [m²]
 }
 _LABEL = {"identity": ti.i32, "radius": ti.f64, "moved_to": ti.i32, "cell": ti.i32}
+# Pairs of bodies that may touch at several points: a list for the body with the lower row, and what the contacts of the last
+# two evaluations push together, each in a row of its own.
+_LISTED_PAIRS = {"pairs_from": ti.i32}  # of a body, −1 for none
+_PAIR = {"other": ti.i32, "next": ti.i32}  # a body or −1 − wall
+_PAIR_OF = {"pair": ti.i32}
+_PUSH = {
+    "stamp": ti.i32,  # evaluation that it sums up
+    "normal": vec3,  # sum of the normals, towards the body that lists the pair
+    "turn_first": vec3,  # sum of r × n of that body, and of the other one [m]
+    "turn_second": vec3,
+}
 _SLOT = {
     "partner": ti.i32,  # an element, or −1 − wall element
     "row": ti.i32,  # of the effects' coefficients
@@ -162,6 +173,13 @@ _SLOT = {
 _AXIS = {
     "axis": vec3
 }  # a superquadric's last contact normal, or a direction in which the pair is apart; 0 where none is known
+_REACTION = {"force": vec3, "torque": vec3, "change": ti.f64}
+_OWN_PUSH = {
+    "kept": ti.i32,
+    "normal": vec3,
+    "turn_i": vec3,
+    "turn_j": vec3,
+}  # kept: slot of the memory, −1 where nothing touches
 _WALL = {
     "origin": vec3,
     "velocity": vec3,
@@ -233,11 +251,16 @@ class State:
             self.bodies, self.rotors = arena.tables(2 * sizes.bodies, _BODY, _ROTOR)
             self.loads, self.elements, self.owned = arena.tables(2 * sizes.elements, _LOAD, _ELEMENT, _OWNED)
         self.forms = arena.table(2 * sizes.bodies, _FORM) if kind == "superquadric" else None
-        self.labels = arena.table(2 * sizes.bodies, _LABEL)
-        self.slots, *self.past = arena.tables(2 * sizes.slots, _SLOT, *memories)
-        self.axes = arena.table(2 * sizes.slots, _AXIS) if kind == "superquadric" else None
+        self.labels = arena.table(2 * sizes.bodies, _LABEL if single else _LABEL | _LISTED_PAIRS)
+        more = {"superquadric": [_AXIS], "multisphere": [_PAIR_OF]}.get(kind, [])
+        self.slots, *rest = arena.tables(2 * sizes.slots, _SLOT, *more, *memories)
+        self.axes = rest[0] if kind == "superquadric" else None
+        self.pair_of = None if single else rest[0]
+        self.past = rest[len(more) :]
+        self.pairs = None if single else arena.table(2 * sizes.slots, _PAIR)
+        self.pushes = None if single else arena.table(4 * sizes.slots, _PUSH)
         if gathering:  # the schedule over particles leaves reactions per slot and gathers them per partner
-            self.reactions = arena.table(2 * sizes.slots, {"force": vec3, "torque": vec3, "change": ti.f64})
+            self.reactions = arena.table(2 * sizes.slots, _REACTION if single else _REACTION | _OWN_PUSH)
             self.incoming = arena.table(2 * sizes.slots, {"slot": ti.i32})
             self.inbound = arena.table(2 * sizes.elements, {"start": ti.i32, "end": ti.i32})
         self.amounts = self.flows = None

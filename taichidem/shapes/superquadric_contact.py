@@ -12,7 +12,7 @@ the last step; where it fails, from the midway point (superquadric_midway.py).
 
 import taichi as ti
 
-from taichidem.contact import vec3
+from taichidem.contact import Symmetric, applied, solved, vec3
 from taichidem.shapes.homogeneous import nested_norm
 from taichidem.shapes.sphere import Nearest
 from taichidem.shapes.superquadric_midway import midway_point
@@ -25,9 +25,16 @@ LAST_STEP_ELLIPSOID = 1e-5
 LAST_STEP = 1e-10
 ROUND_OFF = 1e-15  # of the size, within which two overlaps are equal
 SMALL_MOVE = 1e-5  # of the size, of a support point, below which surfaces are taken as bent evenly
+MOST_EASY_TRIALS = 8
 MOST_AT_WALL = 40
 STILL = 1e-10  # change of the normal at a wall below which it is found
 SMALLEST_CURVATURE_RADIUS, LARGEST_CURVATURE_RADIUS = 0.2, 4.0  # of the radius of the sphere of equal volume
+
+
+@ti.func
+def others(v):
+    """Return the products (y z, z x, x y) of a vector's components."""
+    return vec3(v[1] * v[2], v[2] * v[0], v[0] * v[1])
 
 
 @ti.func
@@ -97,15 +104,15 @@ class SuperquadricContact(OnTables):
         s = Side(extent=0.0)
         if self.forms[row].ellipsoid == 1:
             spread = self.forms[row].spread
-            away = spread @ direction
+            away = applied(spread, direction)
             s.extent = ti.sqrt(direction.dot(away))
             inverse = 1.0 / s.extent
             s.point = inverse * away
-            along = spread @ first
+            along = applied(spread, first)
             one, two = s.point.dot(first), s.point.dot(second)
             s.r_11 = inverse * (along.dot(first) - one * one)
             s.r_12 = inverse * (along.dot(second) - one * two)
-            s.r_22 = inverse * (second.dot(spread @ second) - two * two)
+            s.r_22 = inverse * (second.dot(applied(spread, second)) - two * two)
         else:
             turn = self.rotors[row].rotation
             back = turn.transpose()
@@ -123,9 +130,13 @@ class SuperquadricContact(OnTables):
 
     @ti.func
     def curvature_radius(self, row, s):
-        """Return one over the root of Gauss' curvature, within limits: faces are not flat, edges not sharp for ever [m]."""
+        """Return one over the root of Gauss' curvature, within limits [m]."""
+        return self.limited(row, ti.sqrt(ti.max(s.r_11 * s.r_22 - s.r_12 * s.r_12, 0.0)))
+
+    @ti.func
+    def limited(self, row, radius):
+        """Return a radius of curvature within limits: for contacts faces are not flat for ever, nor edges sharp [m]."""
         size = self.forms[row].size
-        radius = ti.sqrt(ti.max(s.r_11 * s.r_22 - s.r_12 * s.r_12, 0.0))
         return ti.min(ti.max(radius, SMALLEST_CURVATURE_RADIUS * size), LARGEST_CURVATURE_RADIUS * size)
 
     @ti.func
@@ -140,54 +151,116 @@ class SuperquadricContact(OnTables):
             if normal.dot(normal) == 0.0:
                 normal = apart * (1.0 / ti.sqrt(square))
             ellipsoids = self.forms[a.row].ellipsoid + self.forms[b.row].ellipsoid == 2
-            last_step = LAST_STEP_ELLIPSOID if ellipsoids else LAST_STEP
-            size = ti.min(self.forms[a.row].size, self.forms[b.row].size)
-            # The direction of least overlap so far, and the share that is tried of the step from there.
-            best, lowest, step, share = normal, 1e300, vec3(0.0), 1.0
-            meeting, common = vec3(0.0), normal  # the midway point and its normal, once they are asked for
-            trial, searching = 0, 1
-            while searching == 1:
-                if trial == MOST_TRIALS:
-                    meeting, common = midway_point(self.forms, a.row, b.row, self.rotors, apart)
-                if trial == MOST_TRIALS or trial == 2 * MOST_TRIALS:
-                    normal, lowest = common, 1e300
-                first, second = tangents(normal)
-                i = self.side(a.row, -normal, first, second)
-                j = self.side(b.row, normal, first, second)
-                overlap = i.extent + j.extent - apart.dot(normal)
-                if overlap < -reach:
-                    best, searching = normal, 0  # the bodies are apart in this direction
-                elif trial == 2 * MOST_TRIALS:
-                    best, searching = normal, 0
-                    self.fill(a.row, b.row, i, j, c)
-                    c.overlap = overlap
-                    c.lever_i = meeting
-                elif overlap > lowest + ROUND_OFF * size:
-                    share *= 0.3
-                    normal = (best + share * step).normalized()
-                else:
-                    best, lowest, share = normal, overlap, 1.0
-                    offset = apart + i.point - j.point
-                    p, q, gain = newton_step(i, j, overlap, offset.dot(first), offset.dot(second))
-                    # Each support point moves by its own radii of curvature times the step.
-                    moved_i = -((i.r_11 * p + i.r_12 * q) * first + (i.r_12 * p + i.r_22 * q) * second)
-                    moved_j = (j.r_11 * p + j.r_12 * q) * first + (j.r_12 * p + j.r_22 * q) * second
-                    step = p * first + q * second
-                    if not ellipsoids:
-                        step = self.step_on_surface(a.row, b.row, i, j, moved_i, moved_j, normal, step)
-                    length = step.norm()
-                    if length < last_step:
-                        best, searching = (normal + step).normalized(), 0
-                        self.fill(a.row, b.row, i, j, c)
-                        c.overlap = overlap - gain
-                        c.lever_i = 0.5 * (i.point + moved_i + j.point + moved_j - apart)
-                    else:
-                        step *= ti.min(1.0, LONGEST_STEP / length)
-                        normal = (best + step).normalized()
-                trial += 1
-            c.normal = best
+            found = 0
+            if ellipsoids:
+                found = self.between_ellipsoids(a.row, b.row, apart, reach, normal, c)
+            if found == 0:
+                self.between_any(a.row, b.row, apart, reach, normal, c)
+            self.axes[slot].axis = normal
+            c.normal = normal
             c.lever_j = c.lever_i + apart
-            self.axes[slot].axis = best
+            c.radius = c.radius_i * c.radius_j / (c.radius_i + c.radius_j)
+
+    @ti.func
+    def between_ellipsoids(self, i, j, apart, reach, normal: ti.template(), c: ti.template()):
+        """Search from a good start, without any care; return 1 if the contact or a gap was found.
+
+        An ellipsoid's support point is A n/h, h = √(n·A n), it moves by (A − s s ᵀ)/h as n turns, and R = a b c/h².
+        """
+        found, trial = 0, 0
+        spread_i, spread_j = self.forms[i].spread, self.forms[j].spread
+        while trial < MOST_EASY_TRIALS and found == 0:
+            away_i, away_j = applied(spread_i, normal), applied(spread_j, normal)
+            extent_i, extent_j = ti.sqrt(normal.dot(away_i)), ti.sqrt(normal.dot(away_j))
+            overlap = extent_i + extent_j - apart.dot(normal)
+            if overlap < -reach:
+                found = 1
+            else:
+                inverse_i, inverse_j = 1.0 / extent_i, 1.0 / extent_j
+                point_i, point_j = -inverse_i * away_i, inverse_j * away_j
+                offset = apart + point_i - point_j
+                across = offset + overlap * normal
+                # The radii of curvature of both, less the overlap as directions lie on a sphere; along n anything but 0.
+                stiff = extent_i + extent_j
+                bend = Symmetric(
+                    diagonal=inverse_i * (spread_i.diagonal - point_i * point_i)
+                    + inverse_j * (spread_j.diagonal - point_j * point_j)
+                    + stiff * normal * normal
+                    - overlap,
+                    rest=inverse_i * (spread_i.rest - others(point_i))
+                    + inverse_j * (spread_j.rest - others(point_j))
+                    + stiff * others(normal),
+                )
+                step = solved(bend, across)
+                step -= step.dot(normal) * normal
+                square = step.dot(step)
+                if square < LAST_STEP_ELLIPSOID * LAST_STEP_ELLIPSOID:
+                    found = 1
+                    c.touching = 1
+                    c.overlap = overlap - 0.5 * step.dot(across)
+                    moved = inverse_j * (applied(spread_j, step) - point_j.dot(step) * point_j)
+                    moved -= inverse_i * (applied(spread_i, step) - point_i.dot(step) * point_i)
+                    c.lever_i = 0.5 * (point_i + point_j + moved - apart)
+                    volume_i, volume_j = self.forms[i].axes, self.forms[j].axes
+                    c.radius_i = self.limited(i, volume_i[0] * volume_i[1] * volume_i[2] * inverse_i * inverse_i)
+                    c.radius_j = self.limited(j, volume_j[0] * volume_j[1] * volume_j[2] * inverse_j * inverse_j)
+                if square < 1.0:
+                    normal = (normal + step).normalized()
+                else:
+                    trial = MOST_EASY_TRIALS
+            trial += 1
+        return found
+
+    @ti.func
+    def between_any(self, a_row, b_row, apart, reach, normal: ti.template(), c: ti.template()):
+        """Search with care: no step is taken that doesn't lower the overlap, and the midway point helps where all else fails."""
+        ellipsoids = self.forms[a_row].ellipsoid + self.forms[b_row].ellipsoid == 2
+        last_step = LAST_STEP_ELLIPSOID if ellipsoids else LAST_STEP
+        size = ti.min(self.forms[a_row].size, self.forms[b_row].size)
+        # The direction of least overlap so far, and the share that is tried of the step from there.
+        best, lowest, step, share = normal, 1e300, vec3(0.0), 1.0
+        meeting, common = vec3(0.0), normal  # the midway point and its normal, once they are asked for
+        trial, searching = 0, 1
+        while searching == 1:
+            if trial == MOST_TRIALS:
+                meeting, common = midway_point(self.forms, a_row, b_row, self.rotors, apart)
+            if trial == MOST_TRIALS or trial == 2 * MOST_TRIALS:
+                normal, lowest = common, 1e300
+            first, second = tangents(normal)
+            i = self.side(a_row, -normal, first, second)
+            j = self.side(b_row, normal, first, second)
+            overlap = i.extent + j.extent - apart.dot(normal)
+            if overlap < -reach:
+                best, searching = normal, 0  # the bodies are apart in this direction
+            elif trial == 2 * MOST_TRIALS:
+                best, searching = normal, 0
+                self.fill(a_row, b_row, i, j, c)
+                c.overlap = overlap
+                c.lever_i = meeting
+            elif overlap > lowest + ROUND_OFF * size:
+                share *= 0.3
+                normal = (best + share * step).normalized()
+            else:
+                best, lowest, share = normal, overlap, 1.0
+                offset = apart + i.point - j.point
+                p, q, gain = newton_step(i, j, overlap, offset.dot(first), offset.dot(second))
+                # Each support point moves by its own radii of curvature times the step.
+                moved_i = -((i.r_11 * p + i.r_12 * q) * first + (i.r_12 * p + i.r_22 * q) * second)
+                moved_j = (j.r_11 * p + j.r_12 * q) * first + (j.r_12 * p + j.r_22 * q) * second
+                step = p * first + q * second
+                if not ellipsoids:
+                    step = self.step_on_surface(a_row, b_row, i, j, moved_i, moved_j, normal, step)
+                length = step.norm()
+                if length < last_step:
+                    best, searching = (normal + step).normalized(), 0
+                    self.fill(a_row, b_row, i, j, c)
+                    c.overlap = overlap - gain
+                    c.lever_i = 0.5 * (i.point + moved_i + j.point + moved_j - apart)
+                else:
+                    step *= ti.min(1.0, LONGEST_STEP / length)
+                    normal = (best + step).normalized()
+            trial += 1
+        normal = best
 
     @ti.func
     def step_on_surface(self, row_i, row_j, i, j, moved_i, moved_j, normal, step):
@@ -217,7 +290,6 @@ class SuperquadricContact(OnTables):
         c.touching = 1
         c.radius_i = self.curvature_radius(row_i, i)
         c.radius_j = self.curvature_radius(row_j, j)
-        c.radius = c.radius_i * c.radius_j / (c.radius_i + c.radius_j)
 
     @ti.func
     def touch_wall(self, slot, a, element, time, c: ti.template(), reach):

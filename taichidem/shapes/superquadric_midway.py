@@ -44,12 +44,12 @@ def midway_point(forms: ti.template(), i_row, j_row, rotors: ti.template(), apar
     low, high = 0.0, 1.0
     best = -0.5 * apart  # from the centre of i
     normal = apart.normalized()
-    for halving in range(HALVINGS):
+    for _halving in range(HALVINGS):
         weight = 0.5 * (low + high)
         lowest, share = 1e300, 1.0
         step = vec3(0.0)
         above = 0  # 1 where the copy of i at the lowest point is larger than that of j
-        for newton in range(MOST_STEPS):
+        for _newton in range(MOST_STEPS):
             if share > SMALLEST_SHARE:
                 point = best + share * step
                 i = level(forms[i_row].axes, forms[i_row].dual, rotors[i_row].rotation, point)
