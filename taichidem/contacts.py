@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from taichidem.contact import Body, Contact, Holding, Wrench, vec3
+from taichidem.contact import Body, Contact, Holding, Wrench, applied, vec3
 from taichidem.integrate import rotate
 from taichidem.pushes import Pushes
 from taichidem.shapes.sphere import Place
@@ -77,8 +77,8 @@ class Contacts(OnTables):
     @ti.func
     def inverse_mass_along(self, i, arm, normal):
         """Return 1/m + (r × n)·I⁻¹ (r × n), how much a push along n at the arm r moves the point it acts on [1/kg]."""
-        turn = self.rotors[i].rotation.transpose() @ arm.cross(normal)
-        return self.bodies[i].inverse_mass + turn.dot(turn * self.rotors[i].inverse_inertia)
+        turn = arm.cross(normal)
+        return self.bodies[i].inverse_mass + turn.dot(applied(self.rotors[i].mobility, turn))
 
     @ti.func
     def mass_to_stop(self, w, s, kept, i, partner, j, c, own_only: ti.template(), pushed: ti.template()):

@@ -88,6 +88,7 @@ class Exchange(OnTables):
                 self.forms[e].dual = vec2(forms[k, 3], forms[k, 4])
                 self.forms[e].ellipsoid = ti.cast(forms[k, 5], ti.i32)
                 self.forms[e].size = forms[k, 6]
+                self.forms[e].product = forms[k, 0] * forms[k, 1] * forms[k, 2]
                 self.integrator.turn(e, self.rotors[e].orientation)
             if ti.static(not self.single):
                 offset = vec3(geometry[k, 0], geometry[k, 1], geometry[k, 2])

@@ -6,7 +6,7 @@ that a run cut into pieces gives the same bits as an uncut one.
 
 import taichi as ti
 
-from taichidem.contact import Symmetric, Wrench, mat3, vec3, vec4
+from taichidem.contact import Symmetric, Wrench, applied, mat3, vec3, vec4
 from taichidem.state import OnTables
 
 SMALL_ANGLE = 0.02  # [rad] below which the series of sine and cosine are exact to round-off
@@ -35,6 +35,23 @@ def rotation_of(q):
             [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
             [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
         ]
+    )
+
+
+@ti.func
+def turned_diagonal(rotation, diagonal):
+    """Return R diag(d) Rᵀ."""
+    x = vec3(rotation[0, 0], rotation[1, 0], rotation[2, 0])
+    y = vec3(rotation[0, 1], rotation[1, 1], rotation[2, 1])
+    z = vec3(rotation[0, 2], rotation[1, 2], rotation[2, 2])
+    dx, dy, dz = diagonal[0] * x, diagonal[1] * y, diagonal[2] * z
+    return Symmetric(
+        diagonal=dx * x + dy * y + dz * z,
+        rest=vec3(
+            dx[1] * x[2] + dy[1] * y[2] + dz[1] * z[2],
+            dx[2] * x[0] + dy[2] * y[0] + dz[2] * z[0],
+            dx[0] * x[1] + dy[0] * y[1] + dz[0] * z[1],
+        ),
     )
 
 
@@ -167,32 +184,20 @@ class Integrator(OnTables):
             inverse_inertia = self.rotors[i].inverse_inertia
             orientation = free_rotation(self.rotors[i].orientation, momentum, inverse_inertia, dt)
             self.rotors[i].orientation = orientation
-            rotation = self.turn(i, orientation)
-            self.bodies[i].spin = rotation @ ((rotation.transpose() @ momentum) * inverse_inertia)
+            self.turn(i, orientation)
+            self.set_spin(i)
 
     @ti.func
     def turn(self, i, orientation):
-        """Let what hangs on a body's orientation follow it, the spread of an ellipsoid too; return the rotation matrix."""
+        """Let what hangs on a body's orientation follow it."""
         rotation = rotation_of(orientation)
         self.rotors[i].rotation = rotation
+        self.rotors[i].mobility = turned_diagonal(rotation, self.rotors[i].inverse_inertia)
         if ti.static(self.kind == "superquadric"):
             axes = self.forms[i].axes
-            x = axes[0] * vec3(rotation[0, 0], rotation[1, 0], rotation[2, 0])
-            y = axes[1] * vec3(rotation[0, 1], rotation[1, 1], rotation[2, 1])
-            z = axes[2] * vec3(rotation[0, 2], rotation[1, 2], rotation[2, 2])
-            self.forms[i].spread = Symmetric(
-                diagonal=x * x + y * y + z * z,
-                rest=vec3(
-                    x[1] * x[2] + y[1] * y[2] + z[1] * z[2],
-                    x[2] * x[0] + y[2] * y[0] + z[2] * z[0],
-                    x[0] * x[1] + y[0] * y[1] + z[0] * z[1],
-                ),
-            )
-        return rotation
+            self.forms[i].spread = turned_diagonal(rotation, axes * axes)
 
     @ti.func
     def set_spin(self, i):
         """ω = R I⁻¹ Rᵀ L."""
-        rotation = self.rotors[i].rotation
-        local = rotation.transpose() @ self.rotors[i].momentum
-        self.bodies[i].spin = rotation @ (local * self.rotors[i].inverse_inertia)
+        self.bodies[i].spin = applied(self.rotors[i].mobility, self.rotors[i].momentum)

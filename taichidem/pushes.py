@@ -8,7 +8,7 @@ its own point, 1/m = Σ_b n_a·(1/m_i + 1/m_j) n_b + (r_a × n_a)·I⁻¹ Σ_b (
 
 import taichi as ti
 
-from taichidem.contact import vec3
+from taichidem.contact import applied, vec3
 from taichidem.state import OnTables
 
 
@@ -75,18 +75,12 @@ class Pushes(OnTables):
         if is_new == 1:
             normal, turn_i, turn_j = normal + c.normal, turn_i + own_i, turn_j + own_j
         least = self.bodies[i].inverse_mass
-        inverse = own_i.dot(self._spun(i, turn_i))
+        inverse = own_i.dot(applied(self.rotors[i].mobility, turn_i))
         if with_body == 1:
             least += self.bodies[j].inverse_mass
-            inverse += own_j.dot(self._spun(j, turn_j))
+            inverse += own_j.dot(applied(self.rotors[j].mobility, turn_j))
         inverse += least * c.normal.dot(normal)
         return 1.0 / ti.max(inverse, least)
-
-    @ti.func
-    def _spun(self, i, turn):
-        """Return I⁻¹ times a vector, in the world frame."""
-        rotation = self.rotors[i].rotation
-        return rotation @ ((rotation.transpose() @ turn) * self.rotors[i].inverse_inertia)
 
     @ti.func
     def note(self, slot, i, j, with_body, normal, turn_i, turn_j, evaluation):

@@ -129,9 +129,10 @@ _ROTOR = {
     "orientation": vec4,  # unit quaternion (w, x, y, z), body frame → world
     "momentum": vec3,  # angular momentum, world frame [kg m²/s]
     "inverse_inertia": vec3,  # one over the principal moments [1/(kg m²)]
-    "rotation": mat3,  # of the orientation, body frame → world
     "force": vec3,
     "torque": vec3,
+    "rotation": mat3,  # of the orientation, body frame → world
+    "mobility": Symmetric,  # R I⁻¹ Rᵀ [1/(kg m²)]; contacts read it together with the form, so it lies beside it
 }
 _LOAD = {"force": vec3, "torque": vec3}
 _ELEMENT = {
@@ -145,11 +146,12 @@ _ELEMENT = {
 }
 _OWNED = {"body": ti.i32, "offset": vec3, "position": vec3}
 _FORM = {  # of a superquadric
-    "axes": vec3,  # [m]
-    "dual": vec2,  # m₁ and m₂, m = n/(n − 1)
+    "spread": Symmetric,  # R diag(a², b², c²) Rᵀ [m²]
     "ellipsoid": ti.i32,  # both exponents are 2
     "size": ti.f64,  # radius of the sphere of equal volume [m]
-    "spread": Symmetric,  # R diag(a², b², c²) Rᵀ [m²]
+    "product": ti.f64,  # a b c [m³]
+    "axes": vec3,  # [m]
+    "dual": vec2,  # m₁ and m₂, m = n/(n − 1)
 }
 _LABEL = {"identity": ti.i32, "radius": ti.f64, "moved_to": ti.i32, "cell": ti.i32}
 # Pairs of bodies that may touch at several points: a list for the body with the lower row, and what the contacts of the last
@@ -246,11 +248,12 @@ class State:
         if single:
             self.bodies, self.loads, self.elements = arena.tables(2 * sizes.bodies, _BODY, _LOAD, _ELEMENT)
             self.owned = None
-            self.rotors = None if self.round else arena.table(2 * sizes.bodies, _ROTOR)
+            shaped = [None, None] if self.round else arena.tables(2 * sizes.bodies, _ROTOR, _FORM)
+            self.rotors, self.forms = shaped
         else:
+            self.forms = None
             self.bodies, self.rotors = arena.tables(2 * sizes.bodies, _BODY, _ROTOR)
             self.loads, self.elements, self.owned = arena.tables(2 * sizes.elements, _LOAD, _ELEMENT, _OWNED)
-        self.forms = arena.table(2 * sizes.bodies, _FORM) if kind == "superquadric" else None
         self.labels = arena.table(2 * sizes.bodies, _LABEL if single else _LABEL | _LISTED_PAIRS)
         more = {"superquadric": [_AXIS], "multisphere": [_PAIR_OF]}.get(kind, [])
         self.slots, *rest = arena.tables(2 * sizes.slots, _SLOT, *more, *memories)

@@ -14,7 +14,6 @@ import taichi as ti
 
 from taichidem.contact import Symmetric, applied, solved, vec3
 from taichidem.shapes.homogeneous import nested_norm
-from taichidem.shapes.sphere import Nearest
 from taichidem.shapes.superquadric_midway import midway_point
 from taichidem.state import OnTables
 
@@ -158,8 +157,10 @@ class SuperquadricContact(OnTables):
                 self.between_any(a.row, b.row, apart, reach, normal, c)
             self.axes[slot].axis = normal
             c.normal = normal
-            c.lever_j = c.lever_i + apart
-            c.radius = c.radius_i * c.radius_j / (c.radius_i + c.radius_j)
+            if c.touching == 1:
+                c.normal = normal
+                c.lever_j = c.lever_i + apart
+                c.radius = c.radius_i * c.radius_j / (c.radius_i + c.radius_j)
 
     @ti.func
     def between_ellipsoids(self, i, j, apart, reach, normal: ti.template(), c: ti.template()):
@@ -201,9 +202,8 @@ class SuperquadricContact(OnTables):
                     moved = inverse_j * (applied(spread_j, step) - point_j.dot(step) * point_j)
                     moved -= inverse_i * (applied(spread_i, step) - point_i.dot(step) * point_i)
                     c.lever_i = 0.5 * (point_i + point_j + moved - apart)
-                    volume_i, volume_j = self.forms[i].axes, self.forms[j].axes
-                    c.radius_i = self.limited(i, volume_i[0] * volume_i[1] * volume_i[2] * inverse_i * inverse_i)
-                    c.radius_j = self.limited(j, volume_j[0] * volume_j[1] * volume_j[2] * inverse_j * inverse_j)
+                    c.radius_i = self.limited(i, self.forms[i].product * inverse_i * inverse_i)
+                    c.radius_j = self.limited(j, self.forms[j].product * inverse_j * inverse_j)
                 if square < 1.0:
                     normal = (normal + step).normalized()
                 else:
