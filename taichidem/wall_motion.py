@@ -145,6 +145,15 @@ class WallMotion(OnTables):
         return near
 
     @ti.func
+    def flat(self, element):
+        """Return 1 for an endless plane, whose normal is the same for every body."""
+        answer = 0
+        for k in ti.static(range(len(self.kinds))):
+            if ti.static(self.kinds[k].name == "plane"):
+                answer = ti.cast(self.wall_elements[element].kind == k, ti.i32)
+        return answer
+
+    @ti.func
     def velocity(self, element, point):
         """Return the velocity of the wall at a world point [m/s]."""
         wall = self.wall_elements[element].wall

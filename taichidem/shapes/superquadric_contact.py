@@ -25,8 +25,12 @@ LAST_STEP = 1e-10
 ROUND_OFF = 1e-15  # of the size, within which two overlaps are equal
 SMALL_MOVE = 1e-5  # of the size, of a support point, below which surfaces are taken as bent evenly
 MOST_EASY_TRIALS = 8
-MOST_AT_WALL = 40
-STILL = 1e-10  # change of the normal at a wall below which it is found
+MOST_AT_WALL = 60
+STILL = 1e-9  # difference of the normals of body and wall below which they are one
+NEARLY_STILL = 0.1  # below which a search that does not end is believed
+INNER_SPHERE = 0.8  # radius of the sphere that stands for the body at a wall, of the smallest semi-axis
+BESIDE = 1e-4  # of that radius, how far beside it the wall is asked again
+SMALLEST_SHARE = 1e-3
 SMALLEST_CURVATURE_RADIUS, LARGEST_CURVATURE_RADIUS = 0.2, 4.0  # of the radius of the sphere of equal volume
 
 
@@ -249,7 +253,7 @@ class SuperquadricContact(OnTables):
                 moved_j = (j.r_11 * p + j.r_12 * q) * first + (j.r_12 * p + j.r_22 * q) * second
                 step = p * first + q * second
                 if not ellipsoids:
-                    step = self.step_on_surface(a_row, b_row, i, j, moved_i, moved_j, normal, step)
+                    step = self.step_on_surfaces(a_row, b_row, i, j, moved_i, moved_j, normal, step)
                 length = step.norm()
                 if length < last_step:
                     best, searching = (normal + step).normalized(), 0
@@ -263,26 +267,34 @@ class SuperquadricContact(OnTables):
         normal = best
 
     @ti.func
-    def step_on_surface(self, row_i, row_j, i, j, moved_i, moved_j, normal, step):
-        """Return the step of the direction to the normal of the flatter surface where its support point is to move.
+    def step_on_surfaces(self, row_i, row_j, i, j, moved_i, moved_j, normal, step):
+        """Return the step of the direction that `step_on_surface` finds on the flatter of two surfaces."""
+        row, point, moved, sign = row_i, i.point + moved_i, moved_i.norm(), -1.0
+        if moved_j.norm() > moved:
+            row, point, moved, sign = row_j, j.point + moved_j, moved_j.norm(), 1.0
+        return self.step_on_surface(row, point, moved, sign, normal, step)
+
+    @ti.func
+    def step_on_surface(self, row, point, moved, sign, normal, step):
+        """Return the step of the direction to the normal of a surface where its support point is to move.
 
         Of a flat face the point moves far while the direction hardly turns, and how far it turns bends strongly: what is
         nearly linear there is not how the point follows the direction, but the direction the point. Both agree for small moves.
         """
-        row, point, sign = row_i, i.point + moved_i, -1.0
-        moved = moved_i.norm()
-        if moved_j.norm() > moved:
-            row, point, sign = row_j, j.point + moved_j, 1.0
-            moved = moved_j.norm()
         new = step
         if moved > SMALL_MOVE * self.forms[row].size:
-            turn = self.rotors[row].rotation
-            dual = self.forms[row].dual
-            inverse = 1.0 / self.forms[row].axes
-            norm = nested_norm(inverse, dual[0] / (dual[0] - 1.0), dual[1] / (dual[1] - 1.0), turn.transpose() @ point)
-            away = sign * (turn @ norm.gradient).normalized() - normal
+            away = sign * self.outward(row, point) - normal
             new = away - away.dot(normal) * normal
         return new
+
+    @ti.func
+    def outward(self, row, point):
+        """Return the normal of the scaled copy of an element that passes through a place given from its centre."""
+        turn = self.rotors[row].rotation
+        dual = self.forms[row].dual
+        inverse = 1.0 / self.forms[row].axes
+        norm = nested_norm(inverse, dual[0] / (dual[0] - 1.0), dual[1] / (dual[1] - 1.0), turn.transpose() @ point)
+        return (turn @ norm.gradient).normalized()
 
     @ti.func
     def fill(self, row_i, row_j, i, j, c: ti.template()):
@@ -295,34 +307,33 @@ class SuperquadricContact(OnTables):
     def touch_wall(self, slot, a, element, time, c: ti.template(), reach):
         """Fill the geometry of the contact with a wall, and return its point.
 
-        The body is replaced by the sphere that fits its surface where it is nearest to the wall, until that sphere's own
-        nearest point of the wall lies where the body is nearest: so every kind of wall works with every shape, and which of
-        the facets, edges and corners of a mesh counts is decided as for spheres. Aitken's relaxation makes it converge
-        where the fit jumps, as at edges under flat faces.
+        A small sphere that touches the surface from inside, where the body's normal is n, has a nearest point of the wall and
+        a normal there; where both normals are one, the body is nearest to the wall at this point. So every kind of wall works
+        with every shape, and which of the facets, edges and corners of a mesh counts is decided as for spheres. Newton's
+        method finds n: how the wall's normal follows the sphere is asked of two spheres beside it.
         """
         c.touching = 0
         near = self.wall_motion.nearest(element, a.position, a.radius, time)
         if near.distance < a.radius + reach:
-            normal = self.axes[slot].axis
-            if normal.dot(normal) == 0.0:
-                normal = near.normal
-            size = self.forms[a.row].size
-            change, share = vec3(0.0), 1.0
-            searching = 1
-            trial = 0
+            radius = INNER_SPHERE * self.thickness(a)
+            best = self.axes[slot].axis
+            if best.dot(best) == 0.0:
+                best = near.normal
+                if self.wall_motion.flat(element) == 0:
+                    best = -self.outward(a.row, near.point - a.position)
+            normal, step, share, lowest = best, vec3(0.0), 1.0, 1e300
+            searching, trial = 1, 0
             while searching == 1:
                 first, second = tangents(normal)
                 s = self.side(a.row, -normal, first, second)
-                radius = 0.5 * (s.r_11 + s.r_22)
-                radius = ti.min(ti.max(radius, SMALLEST_CURVATURE_RADIUS * size), LARGEST_CURVATURE_RADIUS * size)
-                surface = a.position + s.point
-                near = self.wall_motion.nearest(element, surface + radius * normal, radius, time)
-                new = near.normal - normal
-                trial += 1
-                if new.dot(new) < STILL * STILL or trial == MOST_AT_WALL:
-                    searching = 0
+                centre = a.position + s.point + radius * normal
+                near = self.wall_motion.nearest(element, centre, radius, time)
+                error = near.normal - normal
+                square = error.dot(error)
+                if square < STILL * STILL or trial == MOST_AT_WALL:
+                    best, searching = near.normal, 0
                     c.overlap = radius - near.distance
-                    if near.counts and c.overlap > -reach:
+                    if near.counts and c.overlap > -reach and square < NEARLY_STILL * NEARLY_STILL:
                         c.touching = 1
                         c.normal = near.normal
                         c.lever_i = near.point - a.position
@@ -330,10 +341,35 @@ class SuperquadricContact(OnTables):
                         c.radius_i = self.curvature_radius(a.row, s)
                         c.radius_j = 0.0
                         c.radius = c.radius_i
-                elif trial > 1:
-                    turn = new - change
-                    share = ti.min(ti.max(-share * change.dot(turn) / ti.max(turn.dot(turn), 1e-300), 0.02), 2.0)
-                change = new
-                normal = (normal + share * new).normalized()
-            self.axes[slot].axis = normal
+                elif square > lowest and share > SMALLEST_SHARE:
+                    share *= 0.4
+                    normal = (best + share * step).normalized()
+                else:
+                    best, lowest, share = normal, square, 1.0
+                    beside = BESIDE * radius
+                    one = (
+                        self.wall_motion.nearest(element, centre + beside * first, radius, time).normal - near.normal
+                    ) / beside
+                    two = (
+                        self.wall_motion.nearest(element, centre + beside * second, radius, time).normal - near.normal
+                    ) / beside
+                    # The sphere's centre moves by r less the radii of curvature as n turns.
+                    r_11, r_12, r_22 = s.r_11 - radius, s.r_12, s.r_22 - radius
+                    w_11, w_12, w_21, w_22 = one.dot(first), two.dot(first), one.dot(second), two.dot(second)
+                    m_11, m_12 = 1.0 + w_11 * r_11 + w_12 * r_12, w_11 * r_12 + w_12 * r_22
+                    m_21, m_22 = w_21 * r_11 + w_22 * r_12, 1.0 + w_21 * r_12 + w_22 * r_22
+                    determinant = m_11 * m_22 - m_12 * m_21
+                    if ti.abs(determinant) < 1e-3:
+                        m_11, m_12, m_21, m_22, determinant = 1.0, 0.0, 0.0, 1.0, 1.0
+                    e_1, e_2 = error.dot(first), error.dot(second)
+                    p = (m_22 * e_1 - m_12 * e_2) / determinant
+                    q = (m_11 * e_2 - m_21 * e_1) / determinant
+                    step = p * first + q * second
+                    if self.forms[a.row].ellipsoid == 0:
+                        moved = -((s.r_11 * p + s.r_12 * q) * first + (s.r_12 * p + s.r_22 * q) * second)
+                        step = self.step_on_surface(a.row, s.point + moved, moved.norm(), -1.0, normal, step)
+                    step *= ti.min(1.0, LONGEST_STEP / ti.max(step.norm(), 1e-300))
+                    normal = (best + step).normalized()
+                trial += 1
+            self.axes[slot].axis = best
         return near
