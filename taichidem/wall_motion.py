@@ -145,12 +145,11 @@ class WallMotion(OnTables):
         return near
 
     @ti.func
-    def flat(self, element):
-        """Return 1 for an endless plane, whose normal is the same for every body."""
+    def bend(self, element):
+        """Return -1 for an endless plane, 0 for flat pieces of surfaces, 1 for those that may bend towards grains."""
         answer = 0
         for k in ti.static(range(len(self.kinds))):
-            if ti.static(self.kinds[k].name == "plane"):
-                answer = ti.cast(self.wall_elements[element].kind == k, ti.i32)
+            answer += self.kinds[k].bend * ti.cast(self.wall_elements[element].kind == k, ti.i32)
         return answer
 
     @ti.func

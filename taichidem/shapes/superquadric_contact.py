@@ -13,25 +13,17 @@ the last step; where it fails, from the midway point (superquadric_midway.py).
 import taichi as ti
 
 from taichidem.contact import Symmetric, applied, solved, vec3
-from taichidem.shapes.homogeneous import nested_norm
+from taichidem.shapes.superquadric_form import SuperquadricForm, tangents
 from taichidem.shapes.superquadric_midway import midway_point
-from taichidem.state import OnTables
+from taichidem.shapes.superquadric_wall import SuperquadricAtWall
 
-MOST_TRIALS = 40  # of Newton's method, its halved steps counted; a contact of the last step needs one or two
+MOST_TRIALS = 40  # of Newton's method, its shortened steps counted; a contact of the last step needs one or two
+MOST_EASY_TRIALS = 8
 LONGEST_STEP = 0.3  # [rad]
 # Steps [rad] below which a last one is taken without looking again; what is left is of second order.
 LAST_STEP_ELLIPSOID = 1e-5
 LAST_STEP = 1e-10
 ROUND_OFF = 1e-15  # of the size, within which two overlaps are equal
-SMALL_MOVE = 1e-5  # of the size, of a support point, below which surfaces are taken as bent evenly
-MOST_EASY_TRIALS = 8
-MOST_AT_WALL = 60
-STILL = 1e-9  # difference of the normals of body and wall below which they are one
-NEARLY_STILL = 0.1  # below which a search that does not end is believed
-INNER_SPHERE = 0.8  # radius of the sphere that stands for the body at a wall, of the smallest semi-axis
-BESIDE = 1e-4  # of that radius, how far beside it the wall is asked again
-SMALLEST_SHARE = 1e-3
-SMALLEST_CURVATURE_RADIUS, LARGEST_CURVATURE_RADIUS = 0.2, 4.0  # of the radius of the sphere of equal volume
 
 
 @ti.func
@@ -59,88 +51,15 @@ def newton_step(i, j, overlap, one, two):
     return p, q, 0.5 * (p * one + q * two)
 
 
-# What a superquadric shows in a direction: its support point from its centre [m], the extent along the direction [m], and
-# how the point moves as the direction turns towards t₁ and t₂, the matrix of radii of curvature [m].
-Side = ti.types.struct(extent=ti.f64, point=vec3, r_11=ti.f64, r_12=ti.f64, r_22=ti.f64)
-
-
-@ti.func
-def tangents(n):
-    """Return two directions that complete a unit vector to a right-handed frame.
-
-    Source: Duff et al. (2017), JCGT 6(1).
-    """
-    sign = ti.select(n[2] < 0.0, -1.0, 1.0)
-    a = -1.0 / (sign + n[2])
-    b = n[0] * n[1] * a
-    return vec3(1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]), vec3(b, sign + n[1] * n[1] * a, -n[1])
-
-
 @ti.data_oriented
-class SuperquadricContact(OnTables):
+class SuperquadricContact(SuperquadricForm):
     """The contact search; R* follows from the curvature where they touch."""
 
     name = "superquadric"
 
     def __init__(self, state, wall_motion) -> None:
         super().__init__(state)
-        self.wall_motion = wall_motion
-
-    @ti.func
-    def pair_radius(self, a, b):
-        """Return 0: R* depends on where the bodies touch."""
-        return 0.0
-
-    @ti.func
-    def thickness(self, a):
-        """Return what overlaps are measured against, the smallest semi-axis [m]."""
-        return self.forms[a.row].axes.min()
-
-    @ti.func
-    def size(self, a):
-        """Return the radius of the sphere of equal volume [m]."""
-        return self.forms[a.row].size
-
-    @ti.func
-    def side(self, row, direction, first, second):
-        """Return what an element shows in a direction; `first` and `second` are tangents to it."""
-        s = Side(extent=0.0)
-        if self.forms[row].ellipsoid == 1:
-            spread = self.forms[row].spread
-            away = applied(spread, direction)
-            s.extent = ti.sqrt(direction.dot(away))
-            inverse = 1.0 / s.extent
-            s.point = inverse * away
-            along = applied(spread, first)
-            one, two = s.point.dot(first), s.point.dot(second)
-            s.r_11 = inverse * (along.dot(first) - one * one)
-            s.r_12 = inverse * (along.dot(second) - one * two)
-            s.r_22 = inverse * (second.dot(applied(spread, second)) - two * two)
-        else:
-            turn = self.rotors[row].rotation
-            back = turn.transpose()
-            dual = self.forms[row].dual
-            norm = nested_norm(self.forms[row].axes, dual[0], dual[1], back @ direction)
-            s.extent = norm.value
-            s.point = turn @ norm.gradient
-            along_1, along_2 = turn @ norm.along_1, turn @ norm.along_2
-            one, two = along_1.dot(first), along_1.dot(second)
-            three, four = along_2.dot(first), along_2.dot(second)
-            s.r_11 = norm.bend_1 * one * one + norm.bend_2 * three * three
-            s.r_12 = norm.bend_1 * one * two + norm.bend_2 * three * four
-            s.r_22 = norm.bend_1 * two * two + norm.bend_2 * four * four
-        return s
-
-    @ti.func
-    def curvature_radius(self, row, s):
-        """Return one over the root of Gauss' curvature, within limits [m]."""
-        return self.limited(row, ti.sqrt(ti.max(s.r_11 * s.r_22 - s.r_12 * s.r_12, 0.0)))
-
-    @ti.func
-    def limited(self, row, radius):
-        """Return a radius of curvature within limits: for contacts faces are not flat for ever, nor edges sharp [m]."""
-        size = self.forms[row].size
-        return ti.min(ti.max(radius, SMALLEST_CURVATURE_RADIUS * size), LARGEST_CURVATURE_RADIUS * size)
+        self.at_wall = SuperquadricAtWall(state, wall_motion)
 
     @ti.func
     def touch(self, slot, a, b, c: ti.template(), reach):
@@ -275,28 +194,6 @@ class SuperquadricContact(OnTables):
         return self.step_on_surface(row, point, moved, sign, normal, step)
 
     @ti.func
-    def step_on_surface(self, row, point, moved, sign, normal, step):
-        """Return the step of the direction to the normal of a surface where its support point is to move.
-
-        Of a flat face the point moves far while the direction hardly turns, and how far it turns bends strongly: what is
-        nearly linear there is not how the point follows the direction, but the direction the point. Both agree for small moves.
-        """
-        new = step
-        if moved > SMALL_MOVE * self.forms[row].size:
-            away = sign * self.outward(row, point) - normal
-            new = away - away.dot(normal) * normal
-        return new
-
-    @ti.func
-    def outward(self, row, point):
-        """Return the normal of the scaled copy of an element that passes through a place given from its centre."""
-        turn = self.rotors[row].rotation
-        dual = self.forms[row].dual
-        inverse = 1.0 / self.forms[row].axes
-        norm = nested_norm(inverse, dual[0] / (dual[0] - 1.0), dual[1] / (dual[1] - 1.0), turn.transpose() @ point)
-        return (turn @ norm.gradient).normalized()
-
-    @ti.func
     def fill(self, row_i, row_j, i, j, c: ti.template()):
         """Note the contact of two elements and its radii of curvature."""
         c.touching = 1
@@ -305,71 +202,5 @@ class SuperquadricContact(OnTables):
 
     @ti.func
     def touch_wall(self, slot, a, element, time, c: ti.template(), reach):
-        """Fill the geometry of the contact with a wall, and return its point.
-
-        A small sphere that touches the surface from inside, where the body's normal is n, has a nearest point of the wall and
-        a normal there; where both normals are one, the body is nearest to the wall at this point. So every kind of wall works
-        with every shape, and which of the facets, edges and corners of a mesh counts is decided as for spheres. Newton's
-        method finds n: how the wall's normal follows the sphere is asked of two spheres beside it.
-        """
-        c.touching = 0
-        near = self.wall_motion.nearest(element, a.position, a.radius, time)
-        if near.distance < a.radius + reach:
-            radius = INNER_SPHERE * self.thickness(a)
-            best = self.axes[slot].axis
-            if best.dot(best) == 0.0:
-                best = near.normal
-                if self.wall_motion.flat(element) == 0:
-                    best = -self.outward(a.row, near.point - a.position)
-            normal, step, share, lowest = best, vec3(0.0), 1.0, 1e300
-            searching, trial = 1, 0
-            while searching == 1:
-                first, second = tangents(normal)
-                s = self.side(a.row, -normal, first, second)
-                centre = a.position + s.point + radius * normal
-                near = self.wall_motion.nearest(element, centre, radius, time)
-                error = near.normal - normal
-                square = error.dot(error)
-                if square < STILL * STILL or trial == MOST_AT_WALL:
-                    best, searching = near.normal, 0
-                    c.overlap = radius - near.distance
-                    if near.counts and c.overlap > -reach and square < NEARLY_STILL * NEARLY_STILL:
-                        c.touching = 1
-                        c.normal = near.normal
-                        c.lever_i = near.point - a.position
-                        c.lever_j = vec3(0.0)
-                        c.radius_i = self.curvature_radius(a.row, s)
-                        c.radius_j = 0.0
-                        c.radius = c.radius_i
-                elif square > lowest and share > SMALLEST_SHARE:
-                    share *= 0.4
-                    normal = (best + share * step).normalized()
-                else:
-                    best, lowest, share = normal, square, 1.0
-                    beside = BESIDE * radius
-                    one = (
-                        self.wall_motion.nearest(element, centre + beside * first, radius, time).normal - near.normal
-                    ) / beside
-                    two = (
-                        self.wall_motion.nearest(element, centre + beside * second, radius, time).normal - near.normal
-                    ) / beside
-                    # The sphere's centre moves by r less the radii of curvature as n turns.
-                    r_11, r_12, r_22 = s.r_11 - radius, s.r_12, s.r_22 - radius
-                    w_11, w_12, w_21, w_22 = one.dot(first), two.dot(first), one.dot(second), two.dot(second)
-                    m_11, m_12 = 1.0 + w_11 * r_11 + w_12 * r_12, w_11 * r_12 + w_12 * r_22
-                    m_21, m_22 = w_21 * r_11 + w_22 * r_12, 1.0 + w_21 * r_12 + w_22 * r_22
-                    determinant = m_11 * m_22 - m_12 * m_21
-                    if ti.abs(determinant) < 1e-3:
-                        m_11, m_12, m_21, m_22, determinant = 1.0, 0.0, 0.0, 1.0, 1.0
-                    e_1, e_2 = error.dot(first), error.dot(second)
-                    p = (m_22 * e_1 - m_12 * e_2) / determinant
-                    q = (m_11 * e_2 - m_21 * e_1) / determinant
-                    step = p * first + q * second
-                    if self.forms[a.row].ellipsoid == 0:
-                        moved = -((s.r_11 * p + s.r_12 * q) * first + (s.r_12 * p + s.r_22 * q) * second)
-                        step = self.step_on_surface(a.row, s.point + moved, moved.norm(), -1.0, normal, step)
-                    step *= ti.min(1.0, LONGEST_STEP / ti.max(step.norm(), 1e-300))
-                    normal = (best + step).normalized()
-                trial += 1
-            self.axes[slot].axis = best
-        return near
+        """Fill the geometry of the contact with a wall, and return its point."""
+        return self.at_wall.touch(slot, a, element, time, c, reach)

@@ -30,7 +30,7 @@ def level(axes, dual, rotation, away):
 
 @ti.func
 def midway_point(forms: ti.template(), i_row, j_row, rotors: ti.template(), apart):
-    """Return the point where copies of both bodies at one scale touch, from the centre of i [m], and the normal there from j to i.
+    """Return the point where copies of both bodies at one scale touch, from i's centre [m], and the normal there from j to i.
 
     (1 − λ) G_i² + λ G_j² is convex, so Newton's method with halved steps finds its lowest point for each weight λ; there
     G_i grows and G_j falls with λ, so halving an interval of weights finds where they are equal.

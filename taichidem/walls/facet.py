@@ -28,6 +28,7 @@ class FacetKind:
     """Facets of meshes; `sides` has three rows a facet, `corner_edges` the edges that leave each corner."""
 
     name = "facet"
+    bend = 0  # flat and convex
     columns = {"normal": vec3}
 
     def __init__(self, table, sides, corner_edges) -> None:

@@ -47,6 +47,7 @@ class PlaneKind:
     """The kernel side of planes."""
 
     name = "plane"
+    bend = -1  # endless, with one normal
     columns = {"point": vec3, "normal": vec3}
 
     def __init__(self, table) -> None:

@@ -150,6 +150,7 @@ class RevolvedKind:
     """The kernel side of discs, cylinders and cones: the nearest point in the half-plane of axis and grain."""
 
     name = "revolved"
+    bend = 1  # tubes and rims bend towards grains inside
     columns = {
         "origin": vec3,
         "axis": vec3,

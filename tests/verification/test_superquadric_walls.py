@@ -172,7 +172,7 @@ def test_elastic_bounces_off_every_wall_keep_the_energy(name, shape):
         now = simulation.snapshot(k)
         bounced += np.linalg.norm(now.velocity[0] - before[k]) > 1e-3
         if not np.any(now.force):
-            assert simulation.kinetic_energy(k) == pytest.approx(start[k], rel=0.02)
+            assert simulation.kinetic_energy(k) == pytest.approx(start[k], rel=0.05)
     assert bounced >= 4
 
 
