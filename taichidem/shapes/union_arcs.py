@@ -8,6 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 SAME = 1e-11  # caps whose axes and levels differ by less are one cap
+# Edges that cross by less only touch: what lies between is of the order of the cube of the root of this, but where
+# several touch in one point their crossings would be in no order.
+TOUCH = 1e-12
 PARALLEL = 1e-8  # below this sine of the angle between two axes only their levels tell which cap is inside the other
 TURN = 2 * math.pi
 
@@ -110,7 +113,7 @@ def _covered(axis: np.ndarray, level: np.ndarray, across: np.ndarray) -> tuple[n
     with np.errstate(divide="ignore", invalid="ignore"):
         w_j, w_k, t = rise_j / sine, rise_k / sine, t / sine[:, None]
     width = _sine(level)
-    cross = (sine > 0) & (np.abs(w_j) < width[j])
+    cross = (sine > 0) & (np.abs(w_j) < width[j] - TOUCH)
     whole = _nested(level, j[~cross], k[~cross], rise_j[~cross], rise_k[~cross], (less < 1)[~cross] & (sine < PARALLEL)[~cross])
 
     j, k, t, w_j, w_k = j[cross], k[cross], t[cross], w_j[cross], w_k[cross]

@@ -14,6 +14,7 @@ import numpy as np
 from taichidem.shapes.union_arcs import Arcs, exposed_arcs, spread_directions
 
 COINCIDENT = 1e-13  # a sphere that stands out of another by less, relative to its radius, adds nothing
+GRAZING = 1e-12  # spheres that overlap by less, relative to the smaller radius, only touch: the lens is nil, its edge all noise
 # On a third of a circle twelve points integrate what is needed, trigonometric polynomials of degree 3, to the last bit.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
@@ -84,7 +85,7 @@ def _exposed(others: np.ndarray, radii: np.ndarray, radius: float) -> tuple[floa
     level = (distance**2 + radius**2 - radii**2) / (2 * distance * radius)
     if np.any(level <= -1):
         return 0.0, np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3, 3))
-    cut = level < 1
+    cut = (level < 1) & (radius + radii - distance > GRAZING * np.minimum(radius, radii))
     arcs = exposed_arcs(others[cut] / distance[cut, None], level[cut])
     n0 = _solid_angle(arcs)
     normal, outward, ds = _along(arcs)
