@@ -138,9 +138,12 @@ def shape_error(centres: np.ndarray, radii: np.ndarray, length: float, width: fl
     union = union_moments(centres, radii)
     volume = 4 / 3 * math.pi * width**2 * length
     across = union.volume * union.tensor.diagonal()[:2].mean()
-    gaps = np.abs((_prolate_gaps if length >= width else _oblate_gaps)(centres, radii, length, width))
+    signed = (
+        _prolate_gaps(centres, radii, length, width) if length >= width else _oblate_gaps(centres, radii, length, width)
+    )
+    gaps = np.abs(signed)
     return ShapeError(
-        volume=union.volume / volume - 1,
+        volume=float(union.volume / volume - 1),
         inertia=float(across / (volume * (width**2 + length**2) / 5) - 1),
         largest_gap=float(gaps.max()),
         rms_gap=_rms(gaps),

@@ -114,7 +114,9 @@ def _covered(axis: np.ndarray, level: np.ndarray, across: np.ndarray) -> tuple[n
         w_j, w_k, t = rise_j / sine, rise_k / sine, t / sine[:, None]
     width = _sine(level)
     cross = (sine > 0) & (np.abs(w_j) < width[j] - TOUCH)
-    whole = _nested(level, j[~cross], k[~cross], rise_j[~cross], rise_k[~cross], (less < 1)[~cross] & (sine < PARALLEL)[~cross])
+    whole = _nested(
+        level, j[~cross], k[~cross], rise_j[~cross], rise_k[~cross], (less < 1)[~cross] & (sine < PARALLEL)[~cross]
+    )
 
     j, k, t, w_j, w_k = j[cross], k[cross], t[cross], w_j[cross], w_k[cross]
     half = np.sqrt((width[j] - w_j) * (width[j] + w_j))
