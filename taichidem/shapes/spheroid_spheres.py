@@ -81,7 +81,9 @@ def spheroid_spheres(aspect_ratio: float, count: int) -> tuple[np.ndarray, np.nd
         return prolate_spheres(1.0, 1) if aspect_ratio == 1 else None
     if aspect_ratio < 1:
         made = [spheres for spheres in _ring_choices(aspect_ratio, count) if not apart(*spheres)]
-        return min(made, key=lambda spheres: _rms(_oblate_gaps(*spheres, aspect_ratio, 1.0, 2000)), default=None)
+        return min(
+            made, key=lambda spheres: _rms(_oblate_gaps(spheres[0], spheres[1], aspect_ratio, 1.0, 2000)), default=None
+        )
     q, square = 0.0 if count % 2 else (count - 1) ** -2, aspect_ratio**2
     x = 0.5 * (square * (1 - q) + math.sqrt(square**2 * (1 - q) ** 2 + 4 * square * q))
     spheres = prolate_spheres(math.sqrt(x), count)

@@ -97,45 +97,68 @@ def _distinct(axis: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return axis[first], level[first]
 
 
+@dataclass(frozen=True)
+class _Pairs:
+    """Pairs of caps j < k: sine of the angle between their axes, the direction across both, and how far apart their edges are.
+
+    `rise_j` is the level of k less the level at which its axis meets the plane of j; over the sine it is the distance, in that
+    plane, from the axis of j to the plane of k. `rise_k` is the same with the roles exchanged.
+    """
+
+    j: np.ndarray
+    k: np.ndarray
+    sine: np.ndarray
+    across: np.ndarray
+    cosine_less: np.ndarray  # 1 − cos of the angle, without loss for small angles
+    rise_j: np.ndarray
+    rise_k: np.ndarray
+
+    @classmethod
+    def of(cls, axis: np.ndarray, level: np.ndarray) -> _Pairs:
+        j, k = np.triu_indices(len(level), 1)
+        across = np.cross(axis[j], axis[k])
+        sine = np.linalg.norm(across, axis=1)
+        less = 0.5 * np.sum((axis[j] - axis[k]) ** 2, axis=1)
+        rise = level[k] - level[j]
+        return cls(j, k, sine, across, less, rise + level[j] * less, -rise + level[k] * less)
+
+
 def _covered(axis: np.ndarray, level: np.ndarray, across: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where cap k covers the edge of cap j: start and length [rad], (c, c), and a mark where it covers all of it.
+    """Return where cap k covers the edge of cap j: start and length [rad], (c, c), and a mark where it covers all of it."""
+    pairs, width = _Pairs.of(axis, level), _sine(level)
+    j, k = pairs.j, pairs.k
+    with np.errstate(divide="ignore", invalid="ignore"):
+        w = pairs.rise_j / pairs.sine
+    opposed = (np.abs(axis[j] + axis[k]).max(axis=1, initial=0.0) < SAME) & (np.abs(level[j] + level[k]) < SAME)
+    cross = (pairs.sine > 0) & (np.abs(w) < width[j] - TOUCH) & ~opposed
+    # Of parallel edges exactly one is inside the other, also where they are equal; of opposed ones that meet nothing is left.
+    parallel = (pairs.sine < PARALLEL) & (pairs.cosine_less < 1)
+    whole = np.zeros((len(level), len(level)), bool)
+    whole[j, k] = ~cross & np.where(parallel, level[j] > level[k], opposed | (pairs.rise_j <= 0))
+    whole[k, j] = ~cross & np.where(parallel, level[k] >= level[j], opposed | (pairs.rise_k <= 0))
+    return *_intervals(pairs, cross, axis, level, across), whole
+
+
+def _intervals(
+    pairs: _Pairs, cross: np.ndarray, axis: np.ndarray, level: np.ndarray, across: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return start and length [rad], (c, c), of what cap k covers of the edge of cap j, for the pairs whose edges cross.
 
     The two points where two edges cross are found once for both, so that arcs which meet there end at the same point
     even where the edges nearly coincide.
     """
-    count = len(level)
-    start, length = np.full((count, count), -1.0), np.zeros((count, count))
-    j, k = np.triu_indices(count, 1)
-    t = np.cross(axis[j], axis[k])
-    sine = np.linalg.norm(t, axis=1)
-    less = 0.5 * np.sum((axis[j] - axis[k]) ** 2, axis=1)  # 1 − cos, without loss for small angles
-    rise_j, rise_k = level[k] - level[j] + level[j] * less, level[j] - level[k] + level[k] * less
-    with np.errstate(divide="ignore", invalid="ignore"):
-        w_j, w_k, t = rise_j / sine, rise_k / sine, t / sine[:, None]
-    width = _sine(level)
-    cross = (sine > 0) & (np.abs(w_j) < width[j] - TOUCH)
-    whole = _nested(
-        level, j[~cross], k[~cross], rise_j[~cross], rise_k[~cross], (less < 1)[~cross] & (sine < PARALLEL)[~cross]
-    )
-
-    j, k, t, w_j, w_k = j[cross], k[cross], t[cross], w_j[cross], w_k[cross]
-    half = np.sqrt((width[j] - w_j) * (width[j] + w_j))
+    start, length = np.full((len(level), len(level)), -1.0), np.zeros((len(level), len(level)))
+    j, k, sine = pairs.j[cross], pairs.k[cross], pairs.sine[cross]
+    w_j, w_k, t = pairs.rise_j[cross] / sine, pairs.rise_k[cross] / sine, pairs.across[cross] / sine[:, None]
+    width = _sine(level[j])
+    half = np.sqrt((width - w_j) * (width + w_j))
     middle = level[j][:, None] * axis[j] + w_j[:, None] * np.cross(t, axis[j])
     first, last = middle - half[:, None] * t, middle + half[:, None] * t
     for own, other, begin, end, w in ((j, k, first, last, w_j), (k, j, last, first, w_k)):
         from_, to = _angle(axis, across, own, begin), _angle(axis, across, own, end)
         start[own, other] = from_ % TURN
         length[own, other] = _unwrapped(to - from_, 2 * np.arctan2(half, w))
-    return start, length, whole
-
-
-def _nested(level, j, k, rise_j, rise_k, parallel):  # type: ignore[no-untyped-def]
-    """Return which edges lie wholly in which cap, (c, c), for pairs whose edges don't cross."""
-    whole = np.zeros((len(level), len(level)), bool)
-    # Of parallel circles exactly one is inside the other, also where they are equal.
-    whole[j, k] = np.where(parallel, level[j] > level[k], rise_j <= 0)
-    whole[k, j] = np.where(parallel, level[k] >= level[j], rise_k <= 0)
-    return whole
+    return start, length
 
 
 def _angle(axis: np.ndarray, across: np.ndarray, own: np.ndarray, point: np.ndarray) -> np.ndarray:
