@@ -82,7 +82,8 @@ def _exposed(others: np.ndarray, radii: np.ndarray, radius: float) -> tuple[floa
     2 ∫ n = −∮ ν,  3 ∫ n n = 1 ∫ 1 − ∮ n ν,  4 ∫ nₐ n n = 2 sym(eₐ ∫ n) − ∮ n n νₐ
     """
     distance = np.linalg.norm(others, axis=1)
-    level = (distance**2 + radius**2 - radii**2) / (2 * distance * radius)
+    # r² − R² as a product: as a difference it would drown d² where spheres nearly coincide.
+    level = (distance**2 + (radius - radii) * (radius + radii)) / (2 * distance * radius)
     if np.any(level <= -1):
         return 0.0, np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3, 3))
     cut = (level < 1) & (radius + radii - distance > GRAZING * np.minimum(radius, radii))
