@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from taichidem.errors import InputError
 from taichidem.shapes.multisphere_files import metres
@@ -78,6 +77,8 @@ def filled(surface: Surface, count: int, rng: np.random.Generator) -> tuple[np.n
     The largest is taken first, then always the one that covers most points of the inside not covered yet and overlaps a
     ball taken before.
     """
+    from scipy.spatial.distance import cdist
+
     centres, radii = _medial_balls(surface, rng)
     points = _inside(surface, rng)
     holds = cdist(centres, points) <= radii[:, None]

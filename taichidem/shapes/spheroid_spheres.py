@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from taichidem.shapes.union_properties import union_moments
 
@@ -121,6 +120,8 @@ def apart(centres: np.ndarray, radii: np.ndarray) -> tuple[int, int, float] | No
 
     They are the nearest two of which one hangs together with the first sphere and the other doesn't.
     """
+    from scipy.sparse.csgraph import connected_components
+
     gap = np.linalg.norm(centres[:, None] - centres, axis=2) - radii[:, None] - radii
     _, group = connected_components(gap <= TOUCHING * (radii[:, None] + radii), directed=False)
     mine, other = np.flatnonzero(group == group[0]), np.flatnonzero(group != group[0])
