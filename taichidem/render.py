@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyvista as pv
 from numpy.typing import NDArray
 
 from taichidem.errors import InputError

@@ -79,7 +79,7 @@ QUANTITIES: dict[str, Quantity] = {
     "mass": Quantity("mass [mg]", lambda s: 1e6 * s.mass),
     "diameter": Quantity("diameter of equal volume [mm]", lambda s: 2e3 * s.radius),
     "tilt": Quantity("axis z to the vertical [deg]", _tilt),
-    "carried": Quantity("carried liquid [mm³]", lambda s: 1e9 * s.carried),
+    "carried": Quantity("amount carried [SI; liquid: m³]", lambda s: s.carried),
     "material": Quantity("material", _material, whole=True),
     "identity": Quantity("identity", lambda s: s.identity.astype(float), whole=True),
 }
