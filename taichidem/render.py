@@ -100,6 +100,9 @@ def side_views(
     surfaces = wall_surfaces(walls)
     views = []
     with off_screen((columns, rows)) as plotter:
+        if not grains.element_is_sphere.all():
+            # Meshes with smoothed edges take five times as long without a graphics card; spheres never have them smoothed.
+            plotter.render_window.SetMultiSamples(0)
         add_grains(plotter, grains, np.full((len(grains), 3), GRAIN_COLOUR, np.uint8))
         for surface in surfaces:
             plotter.add_mesh(surface, color=WALL_COLOUR, render=False)

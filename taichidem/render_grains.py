@@ -15,7 +15,7 @@ from taichidem.shapes.forms import Forms
 from taichidem.shapes.surface import Surface, unit_surface
 
 FINEST, COARSEST = 12, 3  # fineness of a surface, as `unit_surface` takes it
-TRIANGLES = 6e6  # in a whole picture, which the graphics of a machine without a graphics card draw in seconds
+TRIANGLES = 4e6  # in a whole picture, which the graphics of a machine without a graphics card draw in seconds
 
 
 def add_grains(plotter: Any, grains: Grains, colours: NDArray[np.uint8]) -> None:
