@@ -13,7 +13,8 @@ import pyvista as pv
 
 from taichidem.errors import InputError
 from taichidem.grains import Grains
-from taichidem.output_vtk import GrainSeries, write_grains, write_walls
+from taichidem.output_vtk import GrainSeries, read_grains, write_grain_surfaces, write_grains, write_walls
+from taichidem.shapes import Elements, Forms, Superquadric
 from taichidem.walls import cup
 
 
@@ -45,6 +46,84 @@ def test_grains_come_back_to_the_last_bit(grains, tmp_path):
     # One vertex a grain, or ParaView shows nothing.
     assert read.n_verts == len(spheres)
     assert list(tmp_path.iterdir()) == [path]
+
+
+def turned(count):
+    quaternions = np.random.default_rng(4).normal(size=(count, 4))
+    return quaternions / np.linalg.norm(quaternions, axis=1)[:, None]
+
+
+def clumps(count) -> Grains:
+    """Return clumps of three spheres in a row along x, the first two metres from the middle."""
+    e = Elements(np.array([[-2.0, 0, 0], [0, 0, 0], [1, 0, 0]]), np.array([0.5, 1, 0.7]))
+    forms = Forms(np.repeat(np.arange(count), 3), np.tile(e.offset, (count, 1)), np.tile(e.radius, count))
+    return Grains(np.arange(3.0 * count).reshape(count, 3), forms, turned(count))
+
+
+def superquadrics(count, *exponents) -> Grains:
+    shape = Superquadric(1.0, 2.0, 3.0, *exponents)
+    bodies = shape.bodies(np.arange(3.0 * count).reshape(count, 3), 1000.0, orientation=turned(count))
+    return Grains(bodies.position, Forms.of([bodies]), bodies.orientation)
+
+
+def rotation(quaternion):
+    w, x, y, z = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def test_a_clump_is_a_point_for_each_sphere_that_knows_its_grain(tmp_path):
+    grains = clumps(2)
+    fields = {"identifier": [7, 9], "velocity": np.arange(6.0).reshape(2, 3)}
+    read = pv.read(write_grains(tmp_path / "clumps.vtp", grains, fields=fields))
+    assert read.n_points == read.n_verts == 6
+    assert list(read["body"]) == [0, 0, 0, 1, 1, 1]
+    assert list(read["identifier"]) == [7, 7, 7, 9, 9, 9]
+    assert np.array_equal(read["velocity"][:3], np.tile([0, 1, 2], (3, 1)))
+    assert np.array_equal(read["radius"], np.tile([0.5, 1, 0.7], 2))
+    for first in (0, 3):
+        along = rotation(read["orientation"][first])[:, 0]  # where x is turned to
+        assert read.points[first] - read.points[first + 1] == pytest.approx(-2 * along)
+
+
+@pytest.mark.parametrize("make", [clumps, lambda n: superquadrics(n, 3, 5)])
+def test_grains_of_any_form_are_read_as_they_were(make, tmp_path):
+    grains = make(3)
+    back = read_grains(write_grains(tmp_path / "grains.vtp", grains))
+    for name in ("body", "offset", "radius", "axes", "exponents"):
+        assert np.array_equal(getattr(back.forms, name), getattr(grains.forms, name)), name
+    assert back.orientation == pytest.approx(grains.orientation, abs=1e-15)
+    assert back.position == pytest.approx(grains.position, abs=1e-12)
+    assert back.element_centre == pytest.approx(grains.element_centre, abs=1e-12)
+
+
+def test_spheres_are_read_as_spheres(grains, tmp_path):
+    back = read_grains(write_grains(tmp_path / "grains.vtp", grains[0]))
+    assert back.forms.round
+    assert back.orientation is None
+    assert np.array_equal(back.position, grains[0].position)
+    with pytest.raises(InputError, match="isn't there"):
+        read_grains(tmp_path / "other.vtp")
+    with pytest.raises(InputError, match="lacks the array radius"):
+        read_grains(write_walls(tmp_path / "walls.vtp", cup(0.05, 0.03, "steel")))
+
+
+def test_surfaces_need_no_settings(tmp_path):
+    grains = superquadrics(2, 3, 5)
+    path = write_grain_surfaces(tmp_path / "surfaces.vtp", grains, fields={"identifier": [7, 9]}, time=0.5, fineness=10)
+    read = pv.read(path)
+    assert read.is_all_triangles
+    assert set(read["body"][read["identifier"] == 9]) == {1}
+    assert read.field_data["TimeValue"][0] == 0.5
+    assert read.volume == pytest.approx(2 * Superquadric(1, 2, 3, 3, 5).volume, rel=0.01)
+    own = read.points[read["body"] == 1]
+    assert own.mean(axis=0) == pytest.approx(grains.position[1], abs=1e-6)
+    assert np.linalg.norm(read["Normals"], axis=1) == pytest.approx(np.ones(read.n_points))
 
 
 def test_a_series_names_its_moments(grains, tmp_path):
