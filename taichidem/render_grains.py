@@ -81,7 +81,7 @@ def grain_mesh(grains: Grains, fineness: int | None = None) -> pv.PolyData:
     return mesh
 
 
-def _set_down(template: Surface, grains: Grains, kind: NDArray[np.bool_]) -> tuple[Array, Array, Array, Array]:
+def _set_down(template: Surface, grains: Grains, kind: NDArray[np.bool_]) -> tuple[NDArray[Any], ...]:
     """Return points x = c + R(q) (axes v), normals, grains and triangles of elements that share a template."""
     rotation = rotation_matrices(grains.element_orientation[kind])
     axes, count = grains.element_axes[kind], np.count_nonzero(kind)
