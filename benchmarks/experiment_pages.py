@@ -27,7 +27,7 @@ taichidem simulate rotating_drum --set speed='20 rpm' --seeds 1,2 --picture drum
 Walls are drawn as glass; colour is speed, or height where the grains rest. `--picture` and `--movie` show a single
 experiment, given by its name; a study draws nothing. Each experiment knows a time between frames that suits it;
 `--frame-interval '5 ms'` asks for another, `--colour-by spin` for another colour: height, speed, vertical_velocity, spin,
-kinetic_energy, force, mass, diameter, tilt (of the grain's third axis), carried (liquid), material or identity.
+kinetic_energy (½ m v²), force, mass, diameter, tilt (of the grain's third axis), carried (liquid, m³), material or identity.
 
 ![Shapes that grains may have](pictures/grain_shapes.png)
 

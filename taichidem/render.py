@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyvista as pv
 from numpy.typing import NDArray
 
 from taichidem.errors import InputError
@@ -100,12 +101,7 @@ def side_views(
     surfaces = wall_surfaces(walls)
     views = []
     with off_screen((columns, rows)) as plotter:
-        if not grains.element_is_sphere.all():
-            # Meshes with smoothed edges take five times as long without a graphics card; spheres never have them smoothed.
-            plotter.render_window.SetMultiSamples(0)
-        add_grains(plotter, grains, np.full((len(grains), 3), GRAIN_COLOUR, np.uint8))
-        for surface in surfaces:
-            plotter.add_mesh(surface, color=WALL_COLOUR, render=False)
+        _fill(plotter, grains, surfaces)
         for azimuth in azimuths_deg:
             _aim_level(plotter, float(azimuth), (low + rows / scale / 2.0), rows / scale / 2.0)
             image = shoot(plotter)
@@ -113,6 +109,16 @@ def side_views(
             origin = (columns / 2.0 - 0.5, rows - 0.5 + low * scale)
             views.append(SideView(image, float(azimuth), scale, origin))
     return views
+
+
+def _fill(plotter: Any, grains: Grains, surfaces: list[pv.PolyData]) -> None:
+    """Put grains and walls into a scene, each opaque in one colour."""
+    if not grains.element_is_sphere.all():
+        # Meshes with smoothed edges take five times as long without a graphics card; spheres never have them smoothed.
+        plotter.render_window.SetMultiSamples(0)
+    add_grains(plotter, grains, np.full((len(grains), 3), GRAIN_COLOUR, np.uint8))
+    for surface in surfaces:
+        plotter.add_mesh(surface, color=WALL_COLOUR, render=False)
 
 
 def _extent(grains: Grains, extent: tuple[float, float, float] | None) -> tuple[float, float, float]:

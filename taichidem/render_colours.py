@@ -64,22 +64,21 @@ def _material(seen: Snapshot) -> Array:
     return np.asarray(seen.forms.material, float)[first]
 
 
-#: Name → quantity. Lengths, masses and the like in the units that fit grains of millimetres.
+#: Name → quantity. Units fit grains of millimetres; labels are short, since they stand beside the picture's edge.
 QUANTITIES: dict[str, Quantity] = {
     "height": Quantity("height [mm]", lambda s: 1e3 * s.position[:, 2]),
     "speed": Quantity("speed [m/s]", lambda s: _length(s.velocity), tail=True),
-    "vertical_velocity": Quantity("vertical velocity [m/s]", lambda s: s.velocity[:, 2]),
+    "vertical_velocity": Quantity("velocity z [m/s]", lambda s: s.velocity[:, 2]),
     "spin": Quantity("spin [rad/s]", lambda s: _length(s.spin), tail=True),
-    "kinetic_energy": Quantity(
-        "kinetic energy of motion, without rotation [µJ]",
-        lambda s: 1e6 * 0.5 * s.mass * _length(s.velocity) ** 2,
-        tail=True,
-    ),
-    "force": Quantity("resultant force [mN]", lambda s: 1e3 * _length(s.force), tail=True),
+    # That of rotation is left out: a snapshot holds no moments of inertia.
+    "kinetic_energy": Quantity("½ m v² [µJ]", lambda s: 1e6 * 0.5 * s.mass * _length(s.velocity) ** 2, tail=True),
+    "force": Quantity("force [mN]", lambda s: 1e3 * _length(s.force), tail=True),
     "mass": Quantity("mass [mg]", lambda s: 1e6 * s.mass),
-    "diameter": Quantity("diameter of equal volume [mm]", lambda s: 2e3 * s.radius),
-    "tilt": Quantity("axis z to the vertical [deg]", _tilt),
-    "carried": Quantity("amount carried [SI; liquid: m³]", lambda s: s.carried),
+    # Of the sphere of equal volume.
+    "diameter": Quantity("diameter [mm]", lambda s: 2e3 * s.radius),
+    "tilt": Quantity("tilt [deg]", _tilt),
+    # Liquid in m³; what an effect of your own lets grains carry in the unit that it declares.
+    "carried": Quantity("carried [SI]", lambda s: s.carried),
     "material": Quantity("material", _material, whole=True),
     "identity": Quantity("identity", lambda s: s.identity.astype(float), whole=True),
 }
