@@ -109,7 +109,7 @@ def write_grain_surfaces(
     """Write the surfaces of grains as triangles, which any program shows as they are.
 
     The point array body holds the number of the grain, Normals the normals of the exact surface. Clumps are written as all
-    their spheres. Files are large: 25 to 300 kB a grain of one element.
+    their spheres. Files are large: 300 kB for each element of a few grains, 20 kB for each of ten thousand.
 
     Parameters
     ----------
