@@ -26,7 +26,15 @@ taichidem simulate rotating_drum --set speed='20 rpm' --seeds 1,2 --picture drum
 
 Walls are drawn as glass; colour is speed, or height where the grains rest. `--picture` and `--movie` show a single
 experiment, given by its name; a study draws nothing. Each experiment knows a time between frames that suits it;
-`--frame-interval '5 ms'` asks for another.
+`--frame-interval '5 ms'` asks for another, `--colour-by spin` for another colour: height, speed, vertical_velocity, spin,
+kinetic_energy (½ m v²), force, mass, diameter, tilt (of the grain's third axis), carried (liquid, m³), material or identity.
+
+![Shapes that grains may have](pictures/grain_shapes.png)
+
+Grains are drawn as they are: spheres exactly, clumps as all their spheres, superquadrics by their own surface; so are
+the side views in which the angle of repose is measured. Files written with `-o` hold them for ParaView; the settings
+stand in `taichidem.output_vtk`, whose `write_grain_surfaces` needs none. In Python, `taichidem.render.heap_picture(snapshot,
+colour_by="speed")` draws any snapshot and `shape_surface(shape)` gives a shape as a mesh.
 """
 SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
 SPECIAL = {"free_fall": {"release_height": 0.3, "time": 0.6, "floor": True}, "shear_box": {"normal_stresses": 2000.0}}

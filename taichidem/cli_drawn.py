@@ -18,22 +18,32 @@ class Drawn:
         picture: file of the picture, or None.
         movie: file of the movie, or None.
         frame_interval: time between frames as typed, such as "1 ms"; the experiment's own where None.
+        colour_by: name of what colours the grains; their speed, or height at rest, where None.
     """
 
     picture: Path | None = None
     movie: Path | None = None
     frame_interval: str | None = None
+    colour_by: str | None = None
 
     def options(self) -> dict[str, Any]:
         """Return the options of the command line and what they were given."""
-        return {"--picture": self.picture, "--movie": self.movie, "--frame-interval": self.frame_interval}
+        return {"--picture": self.picture, "--movie": self.movie, **self._details()}
+
+    def _details(self) -> dict[str, str | None]:
+        return {"--frame-interval": self.frame_interval, "--colour-by": self.colour_by}
 
     def check(self) -> None:
-        """Raise InputError unless every file asked for can be written."""
-        if self.frame_interval is not None and not (self.picture or self.movie):
-            raise InputError(
-                "--frame-interval is of use with --picture or --movie alone. Give one of these, or leave it out."
-            )
+        """Raise InputError unless every file asked for can be written, in the colours asked for."""
+        from taichidem.render_colours import quantity_named
+
+        for option, given in self._details().items():
+            if given is not None and not (self.picture or self.movie):
+                raise InputError(
+                    f"{option} is of use with --picture or --movie alone. Give one of these, or leave it out."
+                )
+        if self.colour_by is not None:
+            quantity_named(self.colour_by)
         for option, path, ending in (("--picture", self.picture, ".png"), ("--movie", self.movie, ".gif")):
             if path is not None:
                 _check_file(option, path, ending)
@@ -56,9 +66,9 @@ class Drawn:
         from taichidem import render_experiment
 
         if self.picture is not None:
-            render_experiment.picture(experiment, model, outcome, self.picture)
+            render_experiment.picture(experiment, model, outcome, self.picture, colour_by=self.colour_by)
         if self.movie is not None:
-            render_experiment.movie(experiment, model, outcome, self.movie)
+            render_experiment.movie(experiment, model, outcome, self.movie, colour_by=self.colour_by)
 
 
 def _check_file(option: str, path: Path, ending: str) -> None:

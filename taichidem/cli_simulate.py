@@ -75,6 +75,14 @@ def simulate(
             help="Experiment: simulated time between frames, such as '1 ms'; the experiment's own where left out.",
         ),
     ] = None,
+    colour_by: Annotated[
+        str | None,
+        typer.Option(
+            "--colour-by",
+            help="Experiment: what colours the grains of picture and movie, such as speed, spin or height; "
+            "speed, or height at rest, where left out.",
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")] = False,
 ) -> None:
     """Run the experiments of a study into its run store (4 seeds unless told otherwise) and print what they measure.
@@ -85,7 +93,7 @@ def simulate(
     """
     from taichidem import plugins
 
-    drawn = Drawn(picture, movie, frame_interval)
+    drawn = Drawn(picture, movie, frame_interval, colour_by)
     if cli_simulate_study.is_study(what):
         _refuse("a study, whose file says it", {"--set": setting, "--parameter": parameter, "--output": output})
         _refuse("a study; they show a single experiment, given by its name", drawn.options())

@@ -17,8 +17,9 @@ from analysis.repose_image import ReposeImageReport
 from taichidem import __version__
 from taichidem.errors import InputError, SimulationError
 from taichidem.experiments import FixedFunnel, Outcome
+from taichidem.grains import Grains
 from taichidem.graphics import require_graphics
-from taichidem.heap_views import measure_heap
+from taichidem.heap_views import grains_on_base, measure_heap
 from taichidem.library import PAPER_HEAP
 from taichidem.output_vtk import write_grains, write_walls
 from taichidem.render import heap_picture
@@ -148,7 +149,7 @@ def write_seeds(folder: Path, outcomes: Sequence[Outcome]) -> None:
         s = outcome.snapshot
         if s is not None:
             fields = {"velocity": s.velocity, "angular_velocity": s.spin, "id": s.identity, "mass": s.mass}
-            write_grains(folder / f"grains_seed_{outcome.seed}.vtp", s.position, s.radius, fields=fields, time=s.time)
+            write_grains(folder / f"grains_seed_{outcome.seed}.vtp", s, fields=fields, time=s.time)
 
 
 def _common(pictures: Sequence[ReposeImageReport]) -> dict[str, float]:
@@ -176,15 +177,13 @@ def picture_angle(experiment: FixedFunnel, outcome: Outcome) -> ReposeImageRepor
     """Measure the angle of one heap from side views all around it."""
     assert outcome.snapshot is not None
     s = experiment.settings
-    return measure_heap(*heap_of(experiment, outcome), s.cup_radius, s.fit_from, s.fit_to)
+    return measure_heap(heap_of(experiment, outcome), s.cup_radius, s.fit_from, s.fit_to)
 
 
-def heap_of(experiment: FixedFunnel, outcome: Outcome) -> tuple[np.ndarray, np.ndarray]:
-    """Return centres and radii of the grains in or on the cup [m]; what is falling past it is no part of the heap."""
+def heap_of(experiment: FixedFunnel, outcome: Outcome) -> Grains:
+    """Return the grains in or on the cup; what is falling past it is no part of the heap."""
     assert outcome.snapshot is not None
-    position = outcome.snapshot.position
-    kept = (position[:, 2] > 0) & (np.hypot(position[:, 0], position[:, 1]) < 1.1 * experiment.settings.cup_radius)
-    return position[kept], outcome.snapshot.radius[kept]
+    return grains_on_base(Grains.of(outcome.snapshot), experiment.settings.cup_radius)
 
 
 def _write(
@@ -196,11 +195,10 @@ def _write(
     measured: tuple[float, float],
 ) -> dict[str, Path]:
     """Write the pictures of one heap, and the walls."""
-    position, radius = heap_of(experiment, outcome)
     walls = experiment.walls(model)
     names = ("heap.png", "profile.png", "angle.png", "walls.vtp", "result.json")
     files = {Path(name).stem: folder / name for name in names}
-    heap_picture(position, radius, walls=walls, path=files["heap"])
+    heap_picture(heap_of(experiment, outcome), walls=walls, path=files["heap"])
     plot_profile(outcome.details["profile"], files["profile"], measured, f"Heap of seed {outcome.seed}, from positions")
     picture.save_annotated(files["angle"])
     write_walls(files["walls"], walls)

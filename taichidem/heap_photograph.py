@@ -17,8 +17,9 @@ from analysis.repose_image_settings import ImageSettings
 from taichidem.errors import InputError, SimulationError, TaichidemError
 from taichidem.experiments import FixedFunnel, LiftingCylinder
 from taichidem.experiments.base import Experiment
-from taichidem.heap_views import measure_heap
-from taichidem.output_vtk import write_grains
+from taichidem.grains import Grains
+from taichidem.heap_views import grains_on_base, measure_heap
+from taichidem.output_vtk import read_grains, write_grains
 from taichidem.scene import Model
 
 if TYPE_CHECKING:
@@ -66,8 +67,8 @@ def check_photograph(experiment: Experiment, observable: str, path: Path) -> Non
         raise InputError(str(error)) from error
 
 
-def grains_of(experiment: Experiment, model: Model, seed: int, file: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return centres and radii of the grains at the end of a run [m]: from its file, or by making the run again into it.
+def grains_of(experiment: Experiment, model: Model, seed: int, file: Path) -> Grains:
+    """Return the grains at the end of a run: from its file, or by making the run again into it.
 
     Raises:
         SimulationError: the run fails.
@@ -76,17 +77,13 @@ def grains_of(experiment: Experiment, model: Model, seed: int, file: Path) -> tu
         (outcome,) = experiment.run(model, [seed])
         if outcome.snapshot is None or outcome.failure:
             raise SimulationError(f"Seed {seed} can't be pictured: {outcome.failure}")
-        snapshot = outcome.snapshot
-        write_grains(file, snapshot.position, snapshot.radius, time=snapshot.time)
-    import pyvista
-
-    read = pyvista.read(file)
-    return np.asarray(read.points, float), np.asarray(read.point_data["radius"], float)
+        write_grains(file, outcome.snapshot, time=outcome.snapshot.time)
+    return read_grains(file)
 
 
 def measure_pair(
     experiment: Experiment,
-    grains: tuple[np.ndarray, np.ndarray],
+    grains: Grains,
     observables: Mapping[str, float],
     seed: int,
     photographs: Sequence[Path],
@@ -95,7 +92,7 @@ def measure_pair(
 
     Args:
         experiment: one of `PICTURED`.
-        grains: centres and radii at the end of its run.
+        grains: those at the end of its run.
         observables: what that run measured.
         seed: of that run.
         photographs: views of one heap.
@@ -108,9 +105,7 @@ def measure_pair(
     window = {"fit_from": s.fit_from, "fit_to": s.fit_to}
     photograph = measure_repose_image(list(photographs), ImageSettings(**window))
     base = s.cup_radius if isinstance(experiment, FixedFunnel) else observables["run_out_radius"]
-    position, radius = grains
-    kept = (position[:, 2] > 0) & (np.hypot(position[:, 0], position[:, 1]) < 1.1 * base)
-    simulated = measure_heap(position[kept], radius[kept], base, **window, fewest=FEWEST_VIEWS)
+    simulated = measure_heap(grains_on_base(grains, base), base, **window, fewest=FEWEST_VIEWS)
     text = (
         f"In pictures, measured by the same code over {s.fit_from:g} to {s.fit_to:g} of the base, the heap is "
         f"{_angle(photograph)} in the photograph and {_angle(simulated)} in the simulation (seed {seed}, "

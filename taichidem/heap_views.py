@@ -9,6 +9,7 @@ import numpy as np
 from analysis.errors import AnalysisError
 from analysis.repose_image import ReposeImageReport, measure_repose_image
 from analysis.repose_image_settings import ImageSettings
+from taichidem.grains import Grains
 from taichidem.render import SideView, side_views
 
 AZIMUTHS = tuple(range(0, 180, 20))  # [deg], half a turn; the other half holds the same outlines mirrored
@@ -17,8 +18,7 @@ WIDTHS_PX = (600.0, 3000.0)  # of a picture; the scale gives way where a heap is
 
 
 def measure_heap(
-    position: np.ndarray,
-    radius: np.ndarray,
+    grains: Grains,
     base_radius: float,
     fit_from: float,
     fit_to: float,
@@ -28,7 +28,7 @@ def measure_heap(
     """Measure the angle of a heap on a base of known radius from side views all around it.
 
     Args:
-        position, radius: centres [m], shape (n, 3), and radii [m], shape (n,), of the grains of the heap; z = 0 is its floor.
+        grains: those of the heap, of any form; z = 0 is its floor.
         base_radius: of the cup or of the heap [m].
         fit_from, fit_to: fit window in fractions of the base radius.
         fewest: views that must show a heap with two flanks; the others are left out. All by default.
@@ -39,9 +39,9 @@ def measure_heap(
     """
     reach = 1.15 * base_radius
     scale = min(max(PIXELS_PER_METRE, WIDTHS_PX[0] / (2 * reach)), WIDTHS_PX[1] / (2 * reach))
-    top = float((position[:, 2] + radius).max())
+    top = float(grains.bounds[1, 2])
     extent = (reach, -0.1 * base_radius, top + 0.25 * base_radius)
-    views = side_views(position, radius, AZIMUTHS, pixels_per_metre=scale, extent=extent)
+    views = side_views(grains, AZIMUTHS, pixels_per_metre=scale, extent=extent)
     settings = ImageSettings(
         fit_from=fit_from,
         fit_to=fit_to,
@@ -58,6 +58,12 @@ def measure_heap(
         if len(good) == len(views) or len(good) < fewest:
             raise
     return _measured(good, settings)
+
+
+def grains_on_base(grains: Grains, base_radius: float) -> Grains:
+    """Return the grains above z = 0 whose centres lie within 1.1 radii of a base [m], which make its heap."""
+    x, y, z = grains.position.T
+    return grains.rows((z > 0) & (np.hypot(x, y) < 1.1 * base_radius))
 
 
 def _measured(views: Sequence[SideView], settings: ImageSettings) -> ReposeImageReport:

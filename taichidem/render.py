@@ -14,12 +14,14 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from taichidem.errors import InputError
-from taichidem.render_grains import Array, check_grains
+from taichidem.grains import Grains
+from taichidem.render_grains import add_grains, grain_mesh, shape_surface
 from taichidem.render_heap import heap_picture
-from taichidem.render_scene import add_grains, off_screen, save_picture, shoot
+from taichidem.render_scene import off_screen, save_picture, shoot
 from taichidem.render_walls import Wall, wall_surfaces
+from taichidem.snapshot import Snapshot
 
-__all__ = ["SideView", "heap_picture", "save_picture", "side_view", "side_views"]
+__all__ = ["SideView", "grain_mesh", "heap_picture", "save_picture", "shape_surface", "side_view", "side_views"]
 
 GRAIN_COLOUR = (38, 84, 138)
 WALL_COLOUR = (150, 156, 164)
@@ -57,33 +59,27 @@ class SideView:
         return save_picture(self.image, path)
 
 
-def side_view(positions: Any, radii: Any, azimuth_deg: float = 0.0, **options: Any) -> SideView:
+def side_view(grains: Grains | Snapshot, azimuth_deg: float = 0.0, **options: Any) -> SideView:
     """Draw grains from the side, without perspective; see `side_views` for the options and errors."""
-    return side_views(positions, radii, [azimuth_deg], **options)[0]
+    return side_views(grains, [azimuth_deg], **options)[0]
 
 
 def side_views(
-    positions: Any,
-    radii: Any,
+    grains: Grains | Snapshot,
     azimuths_deg: Iterable[float],
     *,
     pixels_per_metre: float | None = None,
     walls: Iterable[Wall] = (),
-    orientations: Any = None,
-    geometry: pv.PolyData | None = None,
     extent: tuple[float, float, float] | None = None,
 ) -> list[SideView]:
     """Draw grains from the side, without perspective, from several azimuths on one scale.
 
     Parameters
     ----------
-    positions : centres [m], shape (n, 3); z is up.
-    radii : radii [m], shape (n,), or one number.
+    grains : of any form, such as those of a snapshot, or `Grains.spheres(positions, radii)`.
     azimuths_deg : where the camera stands [deg], 0 on +x, 90 on +y.
     pixels_per_metre : scale [px/m]; None makes the picture 1100 px wide.
     walls : walls of a scene, or surfaces, drawn opaque in grey.
-    orientations : quaternions w, x, y, z, shape (n, 4); only of use with `geometry`.
-    geometry : shape of a grain of radius 1; None draws spheres, exactly.
     extent : half-width, lowest and highest z of the picture [m]; None takes in all grains.
 
     Raises
@@ -91,8 +87,8 @@ def side_views(
     InputError : wrong shapes or values, or a picture wider or higher than 8000 px.
     EnvironmentProblem : nothing can be drawn on this machine; the message names the cure.
     """
-    places, sizes = check_grains(positions, radii)
-    half_width, low, high = _extent(places, sizes, extent)
+    grains = Grains.of(grains)
+    half_width, low, high = _extent(grains, extent)
     scale = USUAL_WIDTH_PX / (2.0 * half_width) if pixels_per_metre is None else float(pixels_per_metre)
     if not (math.isfinite(scale) and scale > 0):
         raise InputError(f"pixels_per_metre given: {pixels_per_metre}. Allowed: a positive number, or None.")
@@ -105,9 +101,7 @@ def side_views(
     surfaces = wall_surfaces(walls)
     views = []
     with off_screen((columns, rows)) as plotter:
-        add_grains(plotter, places, sizes, np.full((len(places), 3), GRAIN_COLOUR, np.uint8), orientations, geometry)
-        for surface in surfaces:
-            plotter.add_mesh(surface, color=WALL_COLOUR, render=False)
+        _fill(plotter, grains, surfaces)
         for azimuth in azimuths_deg:
             _aim_level(plotter, float(azimuth), (low + rows / scale / 2.0), rows / scale / 2.0)
             image = shoot(plotter)
@@ -117,15 +111,26 @@ def side_views(
     return views
 
 
-def _extent(places: Array, sizes: Array, extent: tuple[float, float, float] | None) -> tuple[float, float, float]:
+def _fill(plotter: Any, grains: Grains, surfaces: list[pv.PolyData]) -> None:
+    """Put grains and walls into a scene, each opaque in one colour."""
+    if not grains.element_is_sphere.all():
+        # Meshes with smoothed edges take five times as long without a graphics card; spheres never have them smoothed.
+        plotter.render_window.SetMultiSamples(0)
+    add_grains(plotter, grains, np.full((len(grains), 3), GRAIN_COLOUR, np.uint8))
+    for surface in surfaces:
+        plotter.add_mesh(surface, color=WALL_COLOUR, render=False)
+
+
+def _extent(grains: Grains, extent: tuple[float, float, float] | None) -> tuple[float, float, float]:
     """Return half-width, lowest and highest z of the picture, the same for every azimuth."""
     if extent is not None:
         half_width, low, high = (float(value) for value in extent)
         if not (all(map(math.isfinite, (half_width, low, high))) and half_width > 0 and low < high):
             raise InputError(f"extent given: {extent}. Allowed: half-width > 0 and lowest < highest z, in metres.")
         return half_width, low, high
-    half_width = float((np.hypot(places[:, 0], places[:, 1]) + sizes).max())
-    low, high = float((places[:, 2] - sizes).min()), float((places[:, 2] + sizes).max())
+    x, y, _ = grains.element_centre.T
+    half_width = float((np.hypot(x, y) + grains.forms.radius).max())
+    low, high = (float(z) for z in grains.bounds[:, 2])
     margin = MARGIN * max(half_width, (high - low) / 2.0)
     return half_width + margin, low - margin, high + margin
 

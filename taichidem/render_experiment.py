@@ -1,4 +1,4 @@
-"""Pictures and movies of an experiment: its apparatus as glass, its grains coloured by speed, or by height once they rest."""
+"""Pictures and movies of an experiment: its apparatus as glass, its grains as they are, coloured by any quantity."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from taichidem.errors import InputError
 from taichidem.experiments.base import Experiment, Outcome
+from taichidem.grains import Grains
 from taichidem.procedure import Frame
+from taichidem.render_colours import Quantity, limits_of, quantity_named
 from taichidem.render_heap import HeapLook, heap_picture
 from taichidem.render_walls import wall_surface
 from taichidem.scene import Model
@@ -31,6 +33,7 @@ def picture(
     outcome: Outcome,
     path: str | os.PathLike[str] | None = None,
     size: tuple[int, int] = USUAL_SIZE,
+    colour_by: str | None = None,
 ) -> NDArray[np.uint8]:
     """Draw the frame that tells most of a run, as PNG where a path is given.
 
@@ -38,14 +41,16 @@ def picture(
         experiment, model, outcome: what was run, and what it gave.
         path: of the picture.
         size: columns and rows [px].
+        colour_by: name of what colours the grains, one of `render_colours.QUANTITIES`; their speed where left out, or
+            their height once they rest.
 
     Raises:
-        InputError: no frame holds a grain, or the file can't be written.
+        InputError: no frame holds a grain, an unknown quantity, or a file that can't be written.
         EnvironmentProblem: nothing can be drawn on this machine.
     """
     frames = _with_grains(experiment, outcome)
     frame = frames[round(experiment.shown_at * (len(frames) - 1))]
-    return _draw(experiment, model, [frame], size, path)[0]
+    return _draw(experiment, model, [frame], size, colour_by, path)[0]
 
 
 def movie(
@@ -54,11 +59,12 @@ def movie(
     outcome: Outcome,
     path: str | os.PathLike[str],
     size: tuple[int, int] = MOVIE_SIZE,
+    colour_by: str | None = None,
 ) -> Path:
-    """Write all frames of a run as an animated GIF, which needs no video codec and plays in any browser.
+    """Write all frames of a run as an animated GIF, which needs no video codec and plays in any browser; see `picture`.
 
     Raises:
-        InputError: fewer than two frames, or a file that is no .gif or can't be written.
+        InputError: fewer than two frames, an unknown quantity, or a file that is no .gif or can't be written.
         EnvironmentProblem: nothing can be drawn on this machine.
     """
     from PIL import Image
@@ -73,7 +79,7 @@ def movie(
         raise InputError(
             f"A movie needs at least two frames; run the experiment with frames={experiment.frame_interval:g}, say."
         )
-    shots = _draw(experiment, model, frames, size)
+    shots = _draw(experiment, model, frames, size, colour_by)
     palette = Image.fromarray(np.concatenate([shots[0], shots[-1]])).quantize(255, method=Image.Quantize.MAXCOVERAGE)
     images = [Image.fromarray(shot).quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG) for shot in shots]
     try:
@@ -94,43 +100,48 @@ def _with_grains(experiment: Experiment, outcome: Outcome) -> list[Frame]:
 
 
 def _draw(
-    experiment: Experiment, model: Model, frames: Sequence[Frame], size: tuple[int, int], path: Any = None
+    experiment: Experiment,
+    model: Model,
+    frames: Sequence[Frame],
+    size: tuple[int, int],
+    colour_by: str | None,
+    path: Any = None,
 ) -> list[NDArray[np.uint8]]:
     """Return one picture a frame, all with one camera and one range of colours."""
     surfaces = [_surfaces(experiment, model, frame, _top(frames)) for frame in frames]
     bounds = _bounds(frames, surfaces)
-    name, values, limits = _shown(frames)
+    name, limits = _shown(frames, colour_by)
     look = HeapLook(azimuth_deg=experiment.view[0], elevation_deg=experiment.view[1], size=size)
     return [
         heap_picture(
-            frame.snapshot.position,
-            frame.snapshot.radius,
-            values=value,
-            value_name=name,
+            frame.snapshot,
+            colour_by=name,
             walls=walls,
             look=look,
             limits=limits,
             bounds=bounds,
             path=path,
         )
-        for frame, value, walls in zip(frames, values, surfaces, strict=True)
+        for frame, walls in zip(frames, surfaces, strict=True)
     ]
 
 
-def _shown(frames: Sequence[Frame]) -> tuple[str, list[NDArray[np.float64]], tuple[float, float]]:
-    """Return name, values and limits of what colours the grains; the fastest two in a hundred share the last colour."""
-    speeds = [np.linalg.norm(frame.snapshot.velocity, axis=1) for frame in frames]
-    fastest = float(np.quantile(np.concatenate(speeds), 0.98))
-    if fastest > AT_REST:
-        return "speed [m/s]", speeds, (0.0, fastest)
-    heights = [1e3 * frame.snapshot.position[:, 2] for frame in frames]
-    return "height [mm]", heights, (min(h.min() for h in heights), max(h.max() for h in heights))
+def _shown(frames: Sequence[Frame], colour_by: str | None) -> tuple[str, tuple[float, float]]:
+    """Return what colours the grains and its limits over all frames."""
+    if colour_by is not None:
+        return colour_by, _limits(frames, quantity_named(colour_by))
+    limits = _limits(frames, quantity_named("speed"))
+    return ("speed", limits) if limits[1] > AT_REST else ("height", _limits(frames, quantity_named("height")))
+
+
+def _limits(frames: Sequence[Frame], quantity: Quantity) -> tuple[float, float]:
+    return limits_of(np.concatenate([quantity.of(frame.snapshot) for frame in frames]), quantity)
 
 
 def _top(frames: Sequence[Frame]) -> float:
     """Return the height up to which walls are worth drawing [m]."""
-    low = min(float((f.snapshot.position[:, 2] - f.snapshot.radius).min()) for f in frames)
-    high = max(float((f.snapshot.position[:, 2] + f.snapshot.radius).max()) for f in frames)
+    heights = [Grains.of(frame.snapshot).bounds[:, 2] for frame in frames]
+    low, high = float(np.min(heights)), float(np.max(heights))
     return high + ABOVE * (high - low)
 
 
@@ -149,8 +160,7 @@ def _surfaces(experiment: Experiment, model: Model, frame: Frame, top: float) ->
 
 def _bounds(frames: Sequence[Frame], surfaces: Sequence[Sequence[pv.PolyData]]) -> NDArray[np.float64]:
     """Return the lowest and highest x, y, z of all that is drawn [m], (2, 3)."""
-    corners = [f.snapshot.position - f.snapshot.radius[:, None] for f in frames]
-    corners += [f.snapshot.position + f.snapshot.radius[:, None] for f in frames]
+    corners = [Grains.of(frame.snapshot).bounds for frame in frames]
     corners += [np.asarray(s.bounds).reshape(3, 2).T for each in surfaces for s in each]
     points = np.concatenate(corners)
     return np.stack([points.min(axis=0), points.max(axis=0)])

@@ -1,116 +1,146 @@
-"""Drawable surfaces of grains: spheres drawn exactly on the graphics side, other shapes as meshes."""
+"""What draws grains: true spheres on the graphics side, and one mesh per kind of superquadric, set down for each grain."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from taichidem.errors import InputError
+from taichidem.grains import Array, Grains, rotation_matrices
+from taichidem.shapes.base import Elements, GrainShape
+from taichidem.shapes.forms import Forms
+from taichidem.shapes.surface import Surface, unit_surface
 
-Array = NDArray[np.float64]
+FINEST, COARSEST = 12, 3  # fineness of a surface, as `unit_surface` takes it
+TRIANGLES = 4e6  # in a whole picture, which the graphics of a machine without a graphics card draw in seconds
 
 
-def check_grains(positions: Any, radii: Any) -> tuple[Array, Array]:
-    """Return positions (n, 3) and radii (n,) as float64 [m].
+def add_grains(plotter: Any, grains: Grains, colours: NDArray[np.uint8]) -> None:
+    """Put grains into a scene, each in a colour of its own.
 
-    Raises
-    ------
-    InputError : wrong shapes, no grains, values that aren't finite, radii that aren't positive.
+    Args:
+        plotter: the scene.
+        grains: of any form; clumps are drawn as all their spheres.
+        colours: red, green, blue of each grain, (n, 3).
     """
-    places = np.asarray(positions, dtype=np.float64)
-    if places.ndim != 2 or places.shape[1] != 3 or len(places) == 0:
-        raise InputError(f"positions given: shape {places.shape}. Allowed: (n, 3) with n ≥ 1, in metres.")
-    sizes = np.asarray(radii, dtype=np.float64)
-    if sizes.shape not in ((), (len(places),)):
-        raise InputError(f"radii given: shape {sizes.shape}. Allowed: ({len(places)},), or one number, in metres.")
-    sizes = np.broadcast_to(sizes, (len(places),)).copy()
-    if not (np.isfinite(places).all() and np.isfinite(sizes).all() and (sizes > 0).all()):
-        raise InputError(
-            "positions or radii given hold NaN, infinite or non-positive values. Allowed: finite positions and "
-            "positive radii. Leave out removed grains."
-        )
-    return places, sizes
+    centre, axes, exponents = grains.element_centre, grains.element_axes, grains.element_exponents
+    colour, turned = colours[grains.forms.body], grains.element_orientation
+    sphere = grains.element_is_sphere
+    if sphere.any():
+        plotter.add_actor(_spheres(centre[sphere], axes[sphere, 0], colour[sphere]), render=False)
+    fineness = usual_fineness(int(np.count_nonzero(~sphere)))
+    for n1, n2 in np.unique(exponents[~sphere], axis=0):
+        kind = ~sphere & np.all(exponents == (n1, n2), axis=1)
+        template = unit_surface(n1, n2, fineness)
+        actor = _superquadrics(template, centre[kind], axes[kind], turned[kind], colour[kind])
+        plotter.add_actor(actor, render=False)
 
 
-def rotation_matrices(orientations: Any, count: int) -> Array:
-    """Return the rotations of unit quaternions, shape (n, 3, 3).
+def usual_fineness(count: int) -> int:
+    """Return how fine the surfaces of a number of grains are, so that many of them still draw quickly."""
+    return int(np.clip(math.sqrt(TRIANGLES / (64 * max(count, 1))), COARSEST, FINEST))
 
-    Parameters
-    ----------
-    orientations : quaternions w, x, y, z that carry the body frame to the laboratory's, shape (n, 4).
-    count : number of grains.
 
-    Raises
-    ------
-    InputError : a wrong shape, or quaternions whose length isn't 1 within 1 %.
+def shape_surface(shape: GrainShape | Elements, fineness: int = FINEST) -> pv.PolyData:
+    """Return the surface of a shape in its principal frame [m], with its normals.
+
+    Args:
+        shape: a shape, or its elements; a clump's surface is that of its spheres, what lies inside others included.
+        fineness: k; each element has 8 k points around and 4 k from pole to pole.
     """
-    quaternions = np.asarray(orientations, dtype=np.float64)
-    if quaternions.shape != (count, 4):
-        raise InputError(
-            f"orientations given: shape {quaternions.shape}. Allowed: ({count}, 4), quaternions w, x, y, z."
-        )
-    length = np.linalg.norm(quaternions, axis=1)
-    if not np.all(np.abs(length - 1.0) < 0.01):
-        raise InputError(
-            f"orientations given: quaternions of length {length.min():.3g} to {length.max():.3g}. Allowed: unit "
-            "quaternions w, x, y, z."
-        )
-    w, x, y, z = (quaternions / length[:, None]).T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    e = shape if isinstance(shape, Elements) else shape.elements
+    forms = Forms(np.zeros(len(e.radius), dtype=int), e.offset, e.radius, e.axes, e.exponents)
+    return grain_mesh(Grains(np.zeros((1, 3)), forms), fineness)
 
 
-def grain_surface(positions: Array, radii: Array, geometry: pv.PolyData, orientations: Any) -> pv.PolyData:
-    """Return one surface holding the shape of every grain, x = c + r R v.
+def grain_mesh(grains: Grains, fineness: int | None = None) -> pv.PolyData:
+    """Return one mesh that holds the surface of every grain where it lies [m].
 
-    Parameters
-    ----------
-    positions : centres [m], shape (n, 3).
-    radii : factor by which the shape is enlarged [m], shape (n,).
-    geometry : shape of a grain of radius 1 about the origin.
-    orientations : quaternions w, x, y, z, shape (n, 4), or None for none turned.
+    Args:
+        grains: of any form.
+        fineness: as in `shape_surface`; None suits it to the number of elements.
+
+    Returns:
+        Triangles with the point arrays Normals, (v, 3), and body, the number of the grain from 0, (v,).
     """
-    shape = geometry.triangulate()
-    vertices = np.asarray(shape.points, dtype=np.float64)
-    corners = np.asarray(shape.regular_faces)
-    count = len(positions)
-    if orientations is None:
-        turned = np.broadcast_to(vertices, (count, *vertices.shape))
-    else:
-        turned = np.einsum("nij,vj->nvi", rotation_matrices(orientations, count), vertices)
-    points = positions[:, None, :] + radii[:, None, None] * turned
-    faces = corners[None] + (np.arange(count) * len(vertices))[:, None, None]
-    return pv.PolyData.from_regular_faces(points.reshape(-1, 3).astype(np.float32), faces.reshape(-1, 3))
+    k = usual_fineness(len(grains.forms.body)) if fineness is None else fineness
+    exponents = grains.element_exponents
+    parts = []
+    for n1, n2 in np.unique(exponents, axis=0):
+        kind = np.all(exponents == (n1, n2), axis=1)
+        parts.append(_set_down(unit_surface(n1, n2, k), grains, kind))
+    points, normals, body, faces = zip(*parts, strict=True)
+    starts = np.cumsum([0, *map(len, points)])[:-1]
+    joined = np.concatenate([f + start for f, start in zip(faces, starts, strict=True)])
+    mesh = pv.PolyData.from_regular_faces(np.concatenate(points), joined)
+    mesh.point_data["body"] = np.concatenate(body)
+    mesh.point_data.active_normals = np.concatenate(normals)
+    return mesh
 
 
-def sphere_actor(positions: Array, radii: Array, colours: NDArray[np.uint8]) -> Any:
-    """Return an actor that draws true spheres, so that no facets spoil the outline.
+def _set_down(template: Surface, grains: Grains, kind: NDArray[np.bool_]) -> tuple[NDArray[Any], ...]:
+    """Return points x = c + R(q) (axes v), normals, grains and triangles of elements that share a template."""
+    rotation = rotation_matrices(grains.element_orientation[kind])
+    axes, count = grains.element_axes[kind], np.count_nonzero(kind)
+    size = len(template.points)
+    points = np.einsum("mij,mj,vj->mvi", rotation, axes, template.points) + grains.element_centre[kind][:, None]
+    normals = np.einsum("mij,mj,vj->mvi", rotation, 1 / axes, template.normals)
+    normals /= np.linalg.norm(normals, axis=2)[:, :, None]
+    faces = template.triangles[None] + (np.arange(count) * size)[:, None, None]
+    return points.reshape(-1, 3), normals.reshape(-1, 3), np.repeat(grains.forms.body[kind], size), faces.reshape(-1, 3)
 
-    Parameters
-    ----------
-    positions : centres [m], shape (n, 3).
-    radii : radii [m], shape (n,).
-    colours : red, green, blue of each grain, shape (n, 3).
-    """
+
+def _spheres(centres: Array, radii: Array, colours: NDArray[np.uint8]) -> Any:
+    """Return an actor that draws true spheres, so that no facets spoil the outline."""
     from vtkmodules.vtkRenderingCore import vtkActor
     from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLSphereMapper
 
-    points = pv.PolyData(positions.astype(np.float32))
+    points = pv.PolyData(centres.astype(np.float32))
     points.point_data["radius"] = radii.astype(np.float32)
     points.point_data["colour"] = colours
     mapper = vtkOpenGLSphereMapper()
     mapper.SetInputData(points)
     mapper.SetScaleArray("radius")
-    mapper.SetScalarModeToUsePointFieldData()
-    mapper.SelectColorArray("colour")
-    mapper.SetColorModeToDirectScalars()
+    _colour_by_point(mapper)
     actor = vtkActor()
     actor.SetMapper(mapper)
     return actor
+
+
+def _superquadrics(
+    template: Surface, centres: Array, axes: Array, quaternions: Array, colours: NDArray[np.uint8]
+) -> Any:
+    """Return an actor that sets a mesh of semi-axes 1 down at each centre, stretched, turned and coloured."""
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkGlyph3DMapper
+
+    points = pv.PolyData(centres.astype(np.float32))
+    points.point_data["axes"] = axes.astype(np.float32)
+    points.point_data["orientation"] = quaternions.astype(np.float32)
+    points.point_data["colour"] = colours
+    mapper = vtkGlyph3DMapper()
+    mapper.SetInputData(points)
+    mapper.SetSourceData(_polygons(template))
+    mapper.SetScaleArray("axes")
+    mapper.SetScaleModeToScaleByVectorComponents()
+    mapper.SetOrientationArray("orientation")
+    mapper.SetOrientationModeToQuaternion()
+    _colour_by_point(mapper)
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    return actor
+
+
+def _polygons(surface: Surface) -> pv.PolyData:
+    mesh = pv.PolyData.from_regular_faces(surface.points.astype(np.float32), surface.triangles)
+    mesh.point_data.active_normals = surface.normals.astype(np.float32)
+    return mesh
+
+
+def _colour_by_point(mapper: Any) -> None:
+    """Take the point array "colour" as red, green, blue."""
+    mapper.SetScalarModeToUsePointFieldData()
+    mapper.SelectColorArray("colour")
+    mapper.SetColorModeToDirectScalars()

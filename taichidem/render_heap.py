@@ -13,15 +13,19 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from taichidem.errors import InputError
-from taichidem.render_grains import Array, check_grains
-from taichidem.render_scene import add_grains, off_screen, save_picture, shoot
+from taichidem.grains import Array, Grains
+from taichidem.render_colours import Shown, shown
+from taichidem.render_grains import add_grains
+from taichidem.render_scene import off_screen, save_picture, shoot
 from taichidem.render_walls import Wall, wall_surfaces
+from taichidem.snapshot import Snapshot
 
 INK = "#27313c"
 GLASS = "#7f93a8"
 COLOUR_MAP = "viridis"
 FREE_SPACE = 1.28
 ROUND_LENGTHS = (1.0, 2.0, 5.0)
+USUAL_LABELS = 5
 
 
 @dataclass(frozen=True)
@@ -55,14 +59,12 @@ class HeapLook:
 
 
 def heap_picture(
-    positions: Any,
-    radii: Any,
+    grains: Grains | Snapshot,
     *,
+    colour_by: str | None = None,
     values: Any = None,
-    value_name: str = "height [mm]",
+    value_name: str = "",
     walls: Iterable[Wall] = (),
-    orientations: Any = None,
-    geometry: pv.PolyData | None = None,
     look: HeapLook | None = None,
     path: str | os.PathLike[str] | None = None,
     limits: tuple[float, float] | None = None,
@@ -72,15 +74,15 @@ def heap_picture(
 
     Parameters
     ----------
-    positions : centres [m], shape (n, 3); z is up.
-    radii : radii [m], shape (n,), or one number.
-    values : quantity that colours the grains, shape (n,); None takes the height in millimetres.
+    grains : of any form, such as those of a snapshot, or `Grains.spheres(positions, radii)`.
+    colour_by : name of the quantity that colours the grains, one of `render_colours.QUANTITIES`; all but the height
+        need a snapshot. None takes the height.
+    values : any other quantity that colours the grains, shape (n,), in place of `colour_by`.
     value_name : its name and unit, beside the colour bar.
     walls : walls of a scene, or surfaces.
-    orientations, geometry : shape of the grains and how each is turned, as in `side_views`.
     look : camera, size, colour map, title.
     path : where to write the picture as PNG; None writes none.
-    limits : lowest and highest value of the colours; None takes those of `values`.
+    limits : lowest and highest value of the colours; None takes those of the grains.
     bounds : lowest and highest x, y, z that the camera takes in [m], shape (2, 3); None takes in all that is drawn.
 
     Returns
@@ -93,21 +95,20 @@ def heap_picture(
     EnvironmentProblem : nothing can be drawn on this machine; the message names the cure.
     """
     look = look if look is not None else HeapLook()
-    places, sizes = check_grains(positions, radii)
-    shown = _values(values, places)
-    surfaces = wall_surfaces(walls)
-    low, high = limits if limits is not None else (float(shown.min()), float(shown.max()))
+    quantity = shown(grains, colour_by, values, value_name)
+    grains, surfaces = Grains.of(grains), wall_surfaces(walls)
+    low, high = limits if limits is not None else quantity.limits
     limits = (low, max(high, low + 1e-12))
-    colours = _colours(np.clip(shown, *limits), limits, look.colour_map)
+    colours = _colours(np.clip(quantity.values, *limits), limits, look.colour_map)
     with off_screen(look.size) as plotter:
         plotter.enable_anti_aliasing("ssaa")
         plotter.set_background("white", top="#dfe7ee")
         table = pv.LookupTable(look.colour_map, scalar_range=limits)
-        add_grains(plotter, places, sizes, colours, orientations, geometry)
+        add_grains(plotter, grains, colours)
         _add_glass(plotter, surfaces)
-        bounds = _bounds(places, sizes, surfaces) if bounds is None else np.asarray(bounds, float)
+        bounds = _bounds(grains, surfaces) if bounds is None else np.asarray(bounds, float)
         _add_scale_bar(plotter, bounds, look)
-        _add_colour_bar(plotter, table, value_name)
+        _add_colour_bar(plotter, table, quantity)
         if look.title:
             plotter.add_text(look.title, position=(0.03, 0.93), viewport=True, font_size=16, color=INK)
         _aim(plotter, bounds, look)
@@ -117,27 +118,18 @@ def heap_picture(
     return image
 
 
-def _values(values: Any, places: Array) -> Array:
-    if values is None:
-        return places[:, 2] * 1e3
-    shown = np.asarray(values, dtype=np.float64)
-    if shown.shape != (len(places),) or not np.isfinite(shown).all():
-        raise InputError(f"values given: shape {shown.shape}. Allowed: finite numbers of shape ({len(places)},).")
-    return shown
-
-
-def _colours(shown: Array, limits: tuple[float, float], colour_map: str) -> NDArray[np.uint8]:
+def _colours(values: Array, limits: tuple[float, float], colour_map: str) -> NDArray[np.uint8]:
     from matplotlib import colormaps
 
     if colour_map not in colormaps:
         raise InputError(f"colour_map given: {colour_map!r}. Allowed: a name matplotlib knows, such as 'viridis'.")
-    share = (shown - limits[0]) / (limits[1] - limits[0])
+    share = (values - limits[0]) / (limits[1] - limits[0])
     return np.asarray(np.round(colormaps[colour_map](share)[:, :3] * 255), dtype=np.uint8)
 
 
-def _bounds(places: Array, sizes: Array, surfaces: list[pv.PolyData]) -> Array:
+def _bounds(grains: Grains, surfaces: list[pv.PolyData]) -> Array:
     """Return the lowest and highest x, y, z of everything drawn [m], shape (2, 3)."""
-    corners = [(places - sizes[:, None]).min(axis=0), (places + sizes[:, None]).max(axis=0)]
+    corners = [*grains.bounds]
     corners += [np.array(surface.bounds)[start::2] for surface in surfaces for start in (0, 1)]
     return np.stack([np.min(corners, axis=0), np.max(corners, axis=0)])
 
@@ -192,26 +184,31 @@ def _add_scale_bar(plotter: Any, bounds: Array, look: HeapLook) -> None:
     )
 
 
-def _add_colour_bar(plotter: Any, table: Any, value_name: str) -> None:
-    # The spheres' own mapper takes ready colours; this one, in no scene, only lends its table.
+def _add_colour_bar(plotter: Any, table: Any, quantity: Shown) -> None:
+    # The grains' own mappers take ready colours; this one, in no scene, only lends its table.
     owner = pv.DataSetMapper()
     owner.lookup_table = table
     owner.scalar_range = table.scalar_range
     plotter.add_scalar_bar(
-        title=f"{value_name}\n",
+        title=f"{quantity.label}\n",
         mapper=owner,
         vertical=True,
         position_x=0.88,
         position_y=0.2,
         width=0.045,
         height=0.6,
-        n_labels=5,
+        n_labels=_labels(quantity, float(np.ptp(table.scalar_range))),
         fmt="%.0f" if np.ptp(table.scalar_range) > 20 else "%.3g",
         title_font_size=22,
         label_font_size=20,
         color=INK,
         render=False,
     )
+
+
+def _labels(quantity: Shown, span: float) -> int:
+    """Return how many numbers stand beside the colour bar: one for each where these are few and whole."""
+    return round(span) + 1 if quantity.whole and 1 <= span <= 6 else USUAL_LABELS
 
 
 def _aim(plotter: Any, bounds: Array, look: HeapLook) -> None:

@@ -1,4 +1,4 @@
-"""What every picture needs: an off-screen scene, grains in it, the shot, and the file."""
+"""What every picture needs: an off-screen scene, the shot, and the file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from taichidem.errors import InputError
 from taichidem.graphics import require_graphics
-from taichidem.render_grains import Array, grain_surface, sphere_actor
 
 
 def save_picture(image: NDArray[np.uint8], path: str | os.PathLike[str]) -> Path:
@@ -55,19 +54,3 @@ def shoot(plotter: Any) -> NDArray[np.uint8]:
     else:
         plotter.render()
     return np.array(plotter.screenshot(None, return_img=True), dtype=np.uint8)[:, :, :3]
-
-
-def add_grains(
-    plotter: Any,
-    places: Array,
-    sizes: Array,
-    colours: NDArray[np.uint8],
-    orientations: Any,
-    geometry: pv.PolyData | None,
-) -> None:
-    if geometry is None:
-        plotter.add_actor(sphere_actor(places, sizes, colours), render=False)
-        return
-    surface = grain_surface(places, sizes, geometry, orientations)
-    surface.point_data["colour"] = np.repeat(colours, surface.n_points // len(places), axis=0)
-    plotter.add_mesh(surface, scalars="colour", rgb=True, render=False)

@@ -13,8 +13,8 @@ import pyvista as pv
 
 from taichidem import graphics
 from taichidem.errors import EnvironmentProblem, InputError
+from taichidem.grains import Grains
 from taichidem.render import heap_picture, side_view, side_views
-from taichidem.render_grains import rotation_matrices
 from taichidem.render_heap import HeapLook
 from taichidem.render_walls import wall_surface
 from taichidem.walls import Cone, Cylinder, Disc, Mesh, Plane, cup
@@ -30,7 +30,7 @@ def seen(view) -> np.ndarray:
 
 
 def one(position, azimuth=0.0, radius=0.004, **options):
-    return side_view([position], radius, azimuth, pixels_per_metre=SCALE, extent=EXTENT, **options)
+    return side_view(Grains.spheres([position], radius), azimuth, pixels_per_metre=SCALE, extent=EXTENT, **options)
 
 
 @pytest.mark.parametrize(("azimuth", "across"), [(0, 0.01), (90, 0.005), (180, -0.01), (270, -0.005), (45, 0.0106066)])
@@ -59,10 +59,10 @@ def test_there_is_no_perspective():
 
 
 def test_several_views_are_those_taken_one_by_one():
-    positions = np.array([[0.005, 0.0, 0.0], [0.0, 0.012, 0.01]])
+    grains = Grains.spheres([[0.005, 0.0, 0.0], [0.0, 0.012, 0.01]], [0.003, 0.005])
     options = {"pixels_per_metre": SCALE, "extent": EXTENT}
-    together = side_views(positions, [0.003, 0.005], [0, 50], **options)
-    apart = [side_view(positions, [0.003, 0.005], azimuth, **options) for azimuth in (0, 50)]
+    together = side_views(grains, [0, 50], **options)
+    apart = [side_view(grains, azimuth, **options) for azimuth in (0, 50)]
     assert all(np.array_equal(a.image, b.image) for a, b in zip(together, apart, strict=True))
     assert not np.array_equal(together[0].image, together[1].image)
 
@@ -70,32 +70,11 @@ def test_several_views_are_those_taken_one_by_one():
 def test_the_nearer_grain_hides_the_farther():
     large, both = [[-0.01, 0, 0.01]], [[0.01, 0, 0.01], [-0.01, 0, 0.01]]
     options = {"pixels_per_metre": SCALE, "extent": EXTENT}
-    front, behind = side_views(both, [0.002, 0.006], [0, 180], **options)
-    alone = side_views(large, 0.006, [0, 180], **options)
+    front, behind = side_views(Grains.spheres(both, [0.002, 0.006]), [0, 180], **options)
+    alone = side_views(Grains.spheres(large, 0.006), [0, 180], **options)
     changed = np.argwhere(np.any(front.image != alone[0].image, axis=2))
     assert np.ptp(changed, axis=0) == pytest.approx([40, 40], abs=2)
     assert np.array_equal(behind.image, alone[1].image)
-
-
-def test_other_shapes_are_drawn_as_they_are_turned():
-    rod = pv.Sphere(radius=1.0).scale((1.0, 1.0, 3.0), inplace=False)
-    upright = one((0, 0, 0.01), radius=0.003, geometry=rod)
-    about_x = [[np.cos(np.pi / 4), np.sin(np.pi / 4), 0.0, 0.0]]
-    lying = one((0, 0, 0.01), radius=0.003, geometry=rod, orientations=about_x)
-    assert np.ptp(seen(upright), axis=0) == pytest.approx([60, 180], abs=3)
-    assert np.ptp(seen(lying), axis=0) == pytest.approx([180, 60], abs=3)
-    along = one((0, 0, 0.01), 90.0, radius=0.003, geometry=rod, orientations=about_x)
-    assert np.ptp(seen(along), axis=0) == pytest.approx([60, 60], abs=3)
-
-
-def test_quaternions_become_rotations():
-    rng = np.random.default_rng(0)
-    quaternions = rng.normal(size=(20, 4))
-    quaternions /= np.linalg.norm(quaternions, axis=1)[:, None]
-    rotations = rotation_matrices(quaternions, 20)
-    assert rotations @ rotations.transpose(0, 2, 1) == pytest.approx(np.broadcast_to(np.eye(3), (20, 3, 3)))
-    about_z = rotation_matrices([[np.cos(0.3), 0, 0, np.sin(0.3)]], 1)[0]
-    assert about_z @ [1, 0, 0] == pytest.approx([np.cos(0.6), np.sin(0.6), 0])
 
 
 def test_walls_hide_the_grains_behind_them():
@@ -135,13 +114,11 @@ def test_walls_are_where_they_are_said_to_be(wall, bounds):
         ([[0, 0, 0]], 0.01, {"pixels_per_metre": -1}, "pixels_per_metre"),
         ([[0, 0, 0]], 0.01, {"pixels_per_metre": 1e9}, "pixels each way|Allowed: 1 to 8000"),
         ([[0, 0, 0]], 0.01, {"extent": (1.0, 2.0, 1.0)}, "extent given"),
-        ([[0, 0, 0]], 0.01, {"geometry": pv.Cube(), "orientations": [[1, 1, 0, 0]]}, "unit"),
-        ([[0, 0, 0]], 0.01, {"geometry": pv.Cube(), "orientations": [[1, 0, 0]]}, "quaternions w, x, y, z"),
     ],
 )
 def test_wrong_grains_are_refused(positions, radii, options, said):
     with pytest.raises(InputError, match=said):
-        side_view(positions, radii, **options)
+        side_view(Grains.spheres(positions, radii), **options)
 
 
 def test_a_heap_picture_shows_grains_cup_bar_and_colours(tmp_path):
@@ -149,14 +126,15 @@ def test_a_heap_picture_shows_grains_cup_bar_and_colours(tmp_path):
     centres = rng.uniform([-0.03, -0.03, 0.0], [0.03, 0.03, 0.03], (300, 3))
     look = HeapLook(size=(640, 400))
     path = tmp_path / "heap.png"
-    plain = heap_picture(centres, 0.003, look=look, path=path)
+    grains = Grains.spheres(centres, 0.003)
+    plain = heap_picture(grains, look=look, path=path)
     assert plain.shape == (400, 640, 3)
     assert pv.read(path).dimensions[:2] == (640, 400)
-    assert np.abs(heap_picture(centres, 0.003, look=look).astype(int) - plain).max() == 0
-    with_cup = heap_picture(centres, 0.003, look=look, walls=cup(0.045, 0.02, "steel"))
+    assert np.abs(heap_picture(grains, look=look).astype(int) - plain).max() == 0
+    with_cup = heap_picture(grains, look=look, walls=cup(0.045, 0.02, "steel"))
     assert np.abs(with_cup.astype(int) - plain).mean() > 3.0
     # Low grains violet, high ones yellow.
-    high = heap_picture(centres, 0.003, look=look, values=np.r_[np.ones(299), 0.0])
+    high = heap_picture(grains, look=look, values=np.r_[np.ones(299), 0.0])
     yellow = [np.count_nonzero((a[:, :, 0] > 140) & (a[:, :, 1] > 120) & (a[:, :, 2] < 90)) for a in (plain, high)]
     assert yellow[1] > 3 * yellow[0] > 0
 
@@ -172,7 +150,7 @@ def test_a_heap_picture_shows_grains_cup_bar_and_colours(tmp_path):
 )
 def test_wrong_heap_pictures_are_refused(options, said):
     with pytest.raises(InputError, match=said):
-        heap_picture([[0, 0, 0]], 0.01, **options)
+        heap_picture(Grains.spheres([[0, 0, 0]], 0.01), **options)
     with pytest.raises(InputError, match="elevation"):
         HeapLook(elevation_deg=-5)
     with pytest.raises(InputError, match="size"):
@@ -181,9 +159,9 @@ def test_wrong_heap_pictures_are_refused(options, said):
 
 def test_a_view_of_2500_spheres_takes_less_than_two_seconds():
     centres = np.random.default_rng(0).uniform([-0.05, -0.05, 0.0], [0.05, 0.05, 0.05], (2500, 3))
-    side_view(centres[:1], 0.003)
+    side_view(Grains.spheres(centres[:1], 0.003))
     start = time.perf_counter()
-    side_view(centres, 0.003)
+    side_view(Grains.spheres(centres, 0.003))
     assert time.perf_counter() - start < 2.0
 
 
@@ -202,7 +180,7 @@ def fresh_probe():
 def test_a_crash_of_vtk_becomes_an_error_that_names_the_cure(fresh_probe, monkeypatch):
     monkeypatch.setattr(graphics, "PROBE", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
     with pytest.raises(EnvironmentProblem, match="apt-get install") as caught:
-        side_view([[0, 0, 0]], 0.01)
+        side_view(Grains.spheres([[0, 0, 0]], 0.01))
     assert "conda install" in str(caught.value)
     assert "crashed" in str(caught.value) or sys.platform == "win32"
 
@@ -219,8 +197,9 @@ def test_a_missing_library_or_a_blank_picture_is_an_error_too(fresh_probe, monke
 def test_an_unknown_window_that_crashes_vtk_doesnt_crash_the_process():
     code = (
         "from taichidem.errors import EnvironmentProblem\n"
+        "from taichidem.grains import Grains\n"
         "from taichidem.render import side_view\n"
-        "try:\n    side_view([[0, 0, 0]], 0.01)\n"
+        "try:\n    side_view(Grains.spheres([[0, 0, 0]], 0.01))\n"
         "except EnvironmentProblem as problem:\n    print('refused', 'NoSuchWindow' in str(problem))\n"
     )
     environment = {**os.environ, graphics.CHOICE: "NoSuchWindow", "LD_LIBRARY_PATH": ""}
@@ -231,5 +210,5 @@ def test_an_unknown_window_that_crashes_vtk_doesnt_crash_the_process():
 
 
 def test_the_window_that_works_is_asked_for_without_warnings(fresh_probe, capfd):
-    side_view([[0, 0, 0]], 0.01)
+    side_view(Grains.spheres([[0, 0, 0]], 0.01))
     assert "WARN" not in capfd.readouterr().err

@@ -20,6 +20,7 @@ class Forms:
         radius: of the sphere, or of the sphere about a superquadric [m], (m,).
         axes: semi-axes of superquadrics along the principal axes [m], (m, 3); None where all elements are spheres.
         exponents: n₁ and n₂ of superquadrics, (m, 2); None as above.
+        material: number of each element's material, (m,); None where it isn't known.
     """
 
     body: np.ndarray
@@ -27,6 +28,7 @@ class Forms:
     radius: np.ndarray
     axes: np.ndarray | None = None
     exponents: np.ndarray | None = None
+    material: np.ndarray | None = None
 
     @classmethod
     def spheres(cls, radius: np.ndarray) -> Forms:
@@ -47,6 +49,7 @@ class Forms:
             every.element_radius[order],
             None if axes is None else axes[order],
             None if exponents is None else exponents[order],
+            every.element_material[order],
         )
 
     def rows(self, identity: np.ndarray) -> Forms:
@@ -58,6 +61,7 @@ class Forms:
             self.radius[kept],
             None if self.axes is None else self.axes[kept],
             None if self.exponents is None else self.exponents[kept],
+            None if self.material is None else self.material[kept],
         )
 
     @property

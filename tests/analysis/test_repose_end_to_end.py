@@ -11,6 +11,7 @@ import pytest
 from analysis.repose_image import measure_repose_image
 from analysis.repose_image_settings import ImageSettings
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
+from taichidem.grains import Grains
 from taichidem.render import side_views
 from taichidem.walls import cup
 
@@ -27,7 +28,7 @@ def poured() -> tuple[np.ndarray, np.ndarray]:
 
 def pictured(centres, radii, walls=()):
     """Return the angle of repose measured in side views of a heap, with the scale known from the camera."""
-    views = side_views(centres, radii, AZIMUTHS, walls=walls)
+    views = side_views(Grains.spheres(centres, radii), AZIMUTHS, walls=walls)
     scale = ImageSettings(
         channel_order="RGB",
         base_width_m=2 * CUP,
@@ -51,7 +52,7 @@ def test_pictures_of_a_cone_of_spheres_agree_with_its_positions(heap, angle):
 def test_pictures_of_a_poured_heap_agree_with_its_positions():
     centres, radii = poured()
     from_positions = measure_repose_profile(centres, radii, CUP)
-    (view,) = measure_repose_image(side_views(centres, radii, [0])[0].image).views
+    (view,) = measure_repose_image(side_views(Grains.spheres(centres, radii), [0])[0].image).views
     assert abs(view.silhouette.tilt_deg) < 0.05
     without, within = pictured(centres, radii), pictured(centres, radii, cup(CUP, RIM, "steel"))
     assert from_positions.angle_deg == pytest.approx(29.6, abs=0.1)
@@ -72,7 +73,7 @@ def test_the_window_and_the_method_move_the_angle_of_a_poured_heap():
 
 def test_a_rendered_heap_saved_as_a_photograph_gives_the_same_angle(tmp_path):
     """Through a JPEG with noise, uneven light and a turned camera, the way a photograph comes."""
-    (view,) = side_views(*poured(), [20.0], walls=cup(CUP, RIM, "steel"))
+    (view,) = side_views(Grains.spheres(*poured()), [20.0], walls=cup(CUP, RIM, "steel"))
     straight = measure_repose_image(view.image, ImageSettings(channel_order="RGB"))
     rows, columns = view.image.shape[:2]
     turn = cv2.getRotationMatrix2D((columns / 2, rows / 2), 4.0, 0.85)

@@ -59,6 +59,8 @@ def test_picture_and_movie(run, tmp_path):
     assert image.shape == (240, 300, 3)
     assert np.asarray(Image.open(tmp_path / "still.png")).shape[:2] == (240, 300)
     assert len(np.unique(image.reshape(-1, 3), axis=0)) > 200
+    other = picture(experiment, granules(), outcomes[0], size=(300, 240), colour_by="identity")
+    assert np.abs(other.astype(int) - image).max() > 100
     grains = [frame for frame in outcomes[0].frames if len(frame.snapshot.mass)][::6]
     some = replace(outcomes[0], frames=tuple(grains))
     target = movie(experiment, granules(), some, tmp_path / "run.gif", size=(200, 160))
@@ -115,6 +117,8 @@ def test_the_time_between_frames_is_the_experiments_own_or_the_one_asked_for(tmp
         (["--movie", "nowhere/run.gif"], r"--movie nowhere/run\.gif: can't be written \(No such file"),
         (["--picture", "folder.png"], r"--picture folder\.png: can't be written \(Is a directory\)"),
         (["--frame-interval", "1 ms"], "--frame-interval is of use with --picture or --movie alone"),
+        (["--colour-by", "speed"], "--colour-by is of use with --picture or --movie alone"),
+        (["--picture", "run.png", "--colour-by", "sped"], "Unknown quantity to colour by 'sped'.*'speed'"),
         (["--movie", "run.gif", "--frame-interval", "0 s"], "--frame-interval is '0 s'; give a time above 0"),
         (["--movie", "run.gif", "--frame-interval", "1 mm"], "--frame-interval is '1 mm'.*converts to s"),
     ],

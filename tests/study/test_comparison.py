@@ -7,7 +7,6 @@ import json
 import math
 from dataclasses import FrozenInstanceError
 from pathlib import Path
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -31,6 +30,7 @@ from taichidem.study import (
 )
 from taichidem.study.comparison_rows import ROW
 from tests.analysis.conftest import draw_heap
+from tests.experiments.planted import snapshot
 from tests.study.fakes import MEASUREMENTS, Quick
 
 HEADER = "experiment,observable,value,u,unit,n\n"
@@ -273,7 +273,7 @@ def test_a_photograph_is_no_condition(write):
 def test_a_heap_beside_a_photograph(write, monkeypatch):
     """Grains of an independent code stand for the simulated heap; a drawn one of known angle is the photograph."""
     table = np.loadtxt(Path(__file__).parents[1] / "analysis" / "heap_poured.csv", delimiter=",", skiprows=3) * 1e-6
-    end, runs = SimpleNamespace(position=table, radius=np.full(len(table), 0.003), time=3.0), []
+    end, runs = snapshot(table), []
 
     def quickly(self, models, seeds, **_):
         runs.append(list(seeds))
