@@ -13,9 +13,10 @@ from scipy.spatial.distance import pdist
 from taichidem.effects import BodyGravity, NormalHertz, SizeSpread
 from taichidem.effects.base import SetupEffect
 from taichidem.errors import InputError
+from taichidem.grain import Grain
 from taichidem.insertion import BoxRegion, CylinderRegion, fill_at_random, place_at_random
 from taichidem.materials import Material
-from taichidem.procedure import Grain, World, play, pour, rain
+from taichidem.procedure import World, play, pour, rain
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Simulation
 

@@ -125,7 +125,7 @@ class FreeFall(Experiment):
             return model
         materials = list(model.materials)
         materials[number] = replace(materials[number], density=s.mass / (np.pi / 6 * s.diameter**3))
-        return Model(materials, model.effects)
+        return replace(model, materials=materials)
 
     def procedure(self, world: World, model: Model) -> Procedure:
         now, last = 0.0, max(self.settings.time)
