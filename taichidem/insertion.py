@@ -46,13 +46,19 @@ class CylinderRegion:
                 f"radius {grain_radius:g} m. Widen it."
             )
 
-    def sample(self, rng: np.random.Generator, count: int, grain_radius: np.ndarray | float) -> np.ndarray:
-        """Return random centres, uniform in the volume in which a grain lies wholly inside, (count, 3) [m]."""
-        rho = (self.radius - grain_radius) * np.sqrt(rng.random(count))
-        azimuth = 2 * np.pi * rng.random(count)
-        height = self.bottom + grain_radius + (self.top - self.bottom - 2 * grain_radius) * rng.random(count)
+    def sample(self, rng: np.random.Generator, grains: Outlines) -> np.ndarray:
+        """Return random centres, uniform in the volume in which each grain lies wholly inside, (n, 3) [m].
+
+        A grain that is no sphere may pass the curved side by what this bends away over half the grain's length.
+        """
+        every = np.arange(len(grains.radius))
+        share, azimuth = np.sqrt(rng.random(len(every))), 2 * np.pi * rng.random(len(every))
+        cosine, sine = np.cos(azimuth), np.sin(azimuth)
+        rho = (self.radius - grains.reach(every, np.column_stack([cosine, sine, 0 * sine]))) * share
+        below, above = grains.both_ways(2)
+        height = self.bottom + below + (self.top - self.bottom - (below + above)) * rng.random(len(every))
         x, y = self.centre
-        return np.column_stack([x + rho * np.cos(azimuth), y + rho * np.sin(azimuth), height])
+        return np.column_stack([x + rho * cosine, y + rho * sine, height])
 
     def volume(self) -> float:
         """Return the volume [m³]."""
@@ -76,11 +82,11 @@ class BoxRegion:
                 "Widen it."
             )
 
-    def sample(self, rng: np.random.Generator, count: int, grain_radius: np.ndarray | float) -> np.ndarray:
-        """Return random centres, uniform in the volume in which a grain lies wholly inside, (count, 3) [m]."""
-        margin: np.ndarray = np.broadcast_to(grain_radius, (count,))[:, None]
-        lower = np.asarray(self.lower) + margin
-        return lower + rng.random((count, 3)) * (np.asarray(self.upper) - margin - lower)
+    def sample(self, rng: np.random.Generator, grains: Outlines) -> np.ndarray:
+        """Return random centres, uniform in the volume in which each grain lies wholly inside, (n, 3) [m]."""
+        below, above = (np.column_stack(ends) for ends in zip(*map(grains.both_ways, range(3)), strict=True))
+        lower = np.asarray(self.lower) + below
+        return lower + rng.random(lower.shape) * (np.asarray(self.upper) - above - lower)
 
     def volume(self) -> float:
         """Return the volume [m³]."""
@@ -123,9 +129,9 @@ def place_at_random(
     waiting = np.arange(len(radii))
     for k in range(ROUNDS):
         tries = np.repeat(waiting, 1 if k < FIRST_ROUNDS else len(radii) // len(waiting))
-        tried = region.sample(rng, len(tries), radii[tries])
-        placed = np.setdiff1d(np.arange(len(radii)), waiting)
         each = new.rows(tries)
+        tried = region.sample(rng, each)
+        placed = np.setdiff1d(np.arange(len(radii)), waiting)
         free = _free_of(tried, each, present, old)
         free &= _free_of(tried, each, centres[placed], new.rows(placed))
         won = free.copy()

@@ -12,7 +12,9 @@ from taichidem.shapes.forms import Forms
 from taichidem.snapshot import Snapshot
 
 NO_PART = (0.0, 0.0, 0.0, -np.inf)  # offset and radius of a sphere that reaches nowhere
-TOUCH = 1e-9  # of their distance, by which forms must be clear of each other
+INVERSE = np.array([1.0, -1.0, -1.0, -1.0])  # times a unit quaternion: the rotation back
+TOUCH = 1e-9  # of their distance, by which hulls must be clear of each other
+LOOKS = 12  # at a pair
 
 
 @dataclass(frozen=True)
@@ -69,40 +71,69 @@ class Outlines:
         }
         return Outlines(**joined)
 
-    def reach(self, chosen: np.ndarray, direction: np.ndarray) -> np.ndarray:
-        """Return how far grains reach from their centres along directions of length 1, (k,) [m].
+    def farthest(self, chosen: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """Return the point of each grain that lies farthest along a direction, from its centre, (k, 3) [m].
 
-        h(u) = max over the grain of x·u; of superquadrics ‖(‖(a u_x, b u_y)‖_m₂, c u_z)‖_m₁ with m = n/(n − 1).
+        Of superquadrics ∂h/∂u of h(u) = ‖(‖(a u_x, b u_y)‖_m₂, c u_z)‖_m₁ with m = n/(n − 1).
 
         Args:
             chosen: numbers of the grains, (k,).
             direction: unit vectors in the frame of the world, (k, 3).
         """
         if self.orientation is None:
-            return self.radius[chosen]
-        u = _into_body(self.orientation[chosen], direction)
+            return self.radius[chosen][:, None] * direction
+        turn = self.orientation[chosen]
+        u = _turned(turn * INVERSE, direction)
         if self.parts is not None:
             parts = self.parts[chosen]
-            return (np.einsum("kmi,ki->km", parts[:, :, :3], u) + parts[:, :, 3]).max(axis=1)
+            last = (np.einsum("kmi,ki->km", parts[:, :, :3], u) + parts[:, :, 3]).argmax(axis=1)
+            ends = parts[np.arange(len(chosen)), last]
+            return _turned(turn, ends[:, :3]) + ends[:, 3:] * direction
         assert self.quadrics is not None
-        held = self.quadrics[chosen]
-        m1, m2 = (held[:, column] / (held[:, column] - 1) for column in (3, 4))
-        x, y, z = np.abs(u * held[:, :3]).T
-        across = _norm(x, y, m2)
-        return _norm(across, z, m1)
+        return _turned(turn, _end_of_quadric(self.quadrics[chosen], u))
+
+    def reach(self, chosen: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """Return how far grains reach from their centres along unit vectors, (k,) [m]; arguments as of `farthest`."""
+        if self.orientation is None:
+            return self.radius[chosen]
+        return np.einsum("ki,ki->k", self.farthest(chosen, direction), direction)
+
+    def both_ways(self, axis: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far each grain reaches from its centre down and up an axis of the world (0, 1, 2), (n,) [m]."""
+        every = np.arange(len(self.radius))
+        up: np.ndarray = np.broadcast_to(np.eye(3)[axis], (len(every), 3))
+        return self.reach(every, -up), self.reach(every, up)
 
     def meets(self, chosen: np.ndarray, way: np.ndarray, others: Outlines, partner: np.ndarray) -> np.ndarray:
-        """Return whether grains may touch their partners, given the way [m] from centre to centre, (k,).
+        """Return whether the hulls of grains meet those of their partners, (k,); the spheres about them do.
 
-        Grains are clear of each other if a plane across the way lies between them. Of spheres that is exact; others may be
-        clear of each other without it, and count as touching.
+        Gilbert's algorithm: v is a point of the set of all ways from a grain to its partner, first that from centre to
+        centre. Where the whole set lies beyond a plane across v, they are clear of each other; else v moves towards the
+        end of the set against v. What isn't clear after some rounds counts as meeting.
+
+        Args:
+            chosen, partner: numbers of the grains here and among the others, (k,).
+            way: from centre to centre [m], (k, 3).
+
+        Source: Gilbert (1966), doi 10.1137/0304007.
         """
+        meeting = np.ones(len(chosen), bool)
         if self.orientation is None and others.orientation is None:
-            return np.ones(len(chosen), bool)  # their spheres were compared already
-        distance = np.linalg.norm(way, axis=1)
-        along = way / np.maximum(distance, 1e-300)[:, None]
-        together = self.reach(chosen, along) + others.reach(partner, -along)
-        return distance * (1 - TOUCH) < together
+            return meeting
+        left, v = np.arange(len(chosen)), np.array(way, float)
+        for _ in range(LOOKS):
+            length = np.linalg.norm(v, axis=1)
+            moving = length > TOUCH * np.linalg.norm(way[left], axis=1)
+            left, v = left[moving], v[moving]
+            u = v / length[moving][:, None]
+            end = way[left] + others.farthest(partner[left], -u) - self.farthest(chosen[left], u)
+            clear = np.einsum("ki,ki->k", end, u) > TOUCH * length[moving]
+            meeting[left[clear]] = False
+            left, v, end = left[~clear], v[~clear], end[~clear]
+            step = end - v
+            square = np.maximum(np.einsum("ki,ki->k", step, step), 1e-300)
+            v = v - np.clip(np.einsum("ki,ki->k", v, step) / square, -1.0, 0.0)[:, None] * step
+        return meeting
 
     def _like(self, other: Outlines) -> Outlines:
         """Return the same outlines in the way that another set is described, where these are spheres."""
@@ -120,9 +151,7 @@ class Outlines:
 
 def highest_point(snapshot: Snapshot) -> float:
     """Return the height of the highest point of any grain [m]."""
-    every = np.arange(len(snapshot.radius))
-    up: np.ndarray = np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(every), 3))
-    return float((snapshot.position[:, 2] + Outlines.of(snapshot).reach(every, up)).max())
+    return float((snapshot.position[:, 2] + Outlines.of(snapshot).both_ways(2)[1]).max())
 
 
 def _widened(parts: np.ndarray, most: int) -> np.ndarray:
@@ -142,14 +171,26 @@ def _padded(forms: Forms, bodies: int) -> np.ndarray:
     return parts
 
 
-def _into_body(quaternion: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Return vectors of the world in the frames of bodies, q* v q."""
-    w, axis = quaternion[:, :1], -quaternion[:, 1:]
+def _turned(quaternion: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Return vectors turned by rotations, q v q*."""
+    axis = quaternion[:, 1:]
     twice = 2 * np.cross(axis, v)
-    return v + w * twice + np.cross(axis, twice)
+    return v + quaternion[:, :1] * twice + np.cross(axis, twice)
+
+
+def _end_of_quadric(held: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Return the points of superquadrics, semi-axes and exponents (k, 5), that lie farthest along u in their frames."""
+    axes = held[:, :3]
+    m1, m2 = (held[:, column] / (held[:, column] - 1) for column in (3, 4))
+    x, y, z = np.maximum(np.abs(u) * axes, 1e-300 * axes).T
+    across = _norm(x, y, m2)
+    whole = _norm(across, z, m1)
+    outer = (across / whole) ** (m1 - 1)
+    shares = [outer * (x / across) ** (m2 - 1), outer * (y / across) ** (m2 - 1), (z / whole) ** (m1 - 1)]
+    return np.sign(u) * axes * np.column_stack(shares)
 
 
 def _norm(first: np.ndarray, second: np.ndarray, power: np.ndarray) -> np.ndarray:
-    """Return (|x|^p + |y|^p)^(1/p) without overflow."""
-    largest = np.maximum(np.maximum(first, second), 1e-300)
+    """Return (x^p + y^p)^(1/p) of numbers above 0."""
+    largest = np.maximum(first, second)
     return largest * ((first / largest) ** power + (second / largest) ** power) ** (1 / power)
