@@ -2,8 +2,41 @@
 
 import taichi as ti
 
+vec2 = ti.types.vector(2, ti.f64)
 vec3 = ti.types.vector(3, ti.f64)
 vec4 = ti.types.vector(4, ti.f64)
+mat3 = ti.types.matrix(3, 3, ti.f64)
+
+# A symmetric matrix: its diagonal, and the entries (1, 2), (2, 0), (0, 1).
+Symmetric = ti.types.struct(diagonal=vec3, rest=vec3)
+
+
+@ti.func
+def applied(matrix, v):
+    """Return a symmetric matrix times a vector."""
+    d, r = matrix.diagonal, matrix.rest
+    return vec3(
+        d[0] * v[0] + r[2] * v[1] + r[1] * v[2],
+        r[2] * v[0] + d[1] * v[1] + r[0] * v[2],
+        r[1] * v[0] + r[0] * v[1] + d[2] * v[2],
+    )
+
+
+@ti.func
+def solved(matrix, v):
+    """Return the solution x of a symmetric, positive matrix times x = v."""
+    d, r = matrix.diagonal, matrix.rest
+    first = vec3(d[1] * d[2] - r[0] * r[0], r[0] * r[1] - r[2] * d[2], r[2] * r[0] - d[1] * r[1])
+    second = d[0] * d[2] - r[1] * r[1]
+    third = d[0] * d[1] - r[2] * r[2]
+    mixed = r[2] * r[1] - d[0] * r[0]
+    inverse = 1.0 / (d[0] * first[0] + r[2] * first[1] + r[1] * first[2])
+    return inverse * vec3(
+        first.dot(v),
+        first[1] * v[0] + second * v[1] + mixed * v[2],
+        first[2] * v[0] + mixed * v[1] + third * v[2],
+    )
+
 
 # One touching pair. Side i is the element that owns the pair, side j its partner (an element or a wall).
 Contact = ti.types.struct(

@@ -4,6 +4,7 @@ import taichi as ti
 
 from taichidem.contact import Body, Contact, Holding, Wrench, vec3
 from taichidem.integrate import rotate
+from taichidem.pushes import Pushes
 from taichidem.shapes.sphere import Place
 from taichidem.state import OnTables, Status
 
@@ -17,6 +18,7 @@ class Contacts(OnTables):
 
     def __init__(self, state, law, shape, wall_motion) -> None:
         super().__init__(state)
+        self.pushes = None if self.single else Pushes(state)
         self.wall_motion = wall_motion
         self.law = law
         self.shape = shape
@@ -73,6 +75,39 @@ class Contacts(OnTables):
         return self.law.body_wrench(w, b)
 
     @ti.func
+    def inverse_mass_along(self, i, arm, normal):
+        """Return 1/m + (r × n)·I⁻¹ (r × n), how much a push along n at the arm r moves the point it acts on [1/kg]."""
+        turn = self.rotors[i].rotation.transpose() @ arm.cross(normal)
+        return self.bodies[i].inverse_mass + turn.dot(turn * self.rotors[i].inverse_inertia)
+
+    @ti.func
+    def mass_to_stop(self, w, s, kept, i, partner, j, c, own_only: ti.template(), pushed: ti.template()):
+        """Return the mass that the contact in slot s decelerates, which rotation makes smaller than that of the bodies [kg].
+
+        With it the dashpot, made for two centres on the line of the push, realises the coefficient of restitution off it.
+        """
+        mass = c.mass
+        with_body = ti.cast(partner >= 0, ti.i32)
+        if ti.static(self.single):
+            inverse = self.inverse_mass_along(i, c.lever_i, c.normal)
+            if with_body == 1:
+                inverse += self.inverse_mass_along(j, c.lever_j, c.normal)
+            mass = 1.0 / inverse
+        else:
+            evaluation = self.worlds[w].evaluation
+            is_new = ti.cast(self.slots[kept].stamp < evaluation - 1, ti.i32)
+            mass = self.pushes.mass(s, i, j, with_body, c, evaluation, is_new)
+            turn_i, turn_j = c.lever_i.cross(c.normal), c.normal.cross(c.lever_j)
+            if ti.static(own_only):
+                pushed[s].kept = kept
+                pushed[s].normal = c.normal
+                pushed[s].turn_i = turn_i
+                pushed[s].turn_j = turn_j
+            else:
+                self.pushes.note(s, i, j, with_body, c.normal, turn_i, turn_j, evaluation)
+        return mass
+
+    @ti.func
     def memory_slot(self, e, element, slot, counts):
         """Return the slot that keeps a contact's memory: a face within a flat patch shares that of the patch."""
         kept = slot
@@ -110,7 +145,7 @@ class Contacts(OnTables):
         total = Wrench(force=vec3(0.0), torque=vec3(0.0))
         spoken, spoken_before = vec3(1e300), vec3(1e300)
         if ti.static(self.single):
-            total = self.body_load(w, e, a.radius)
+            total = self.body_load(w, e, self.shape.size(a))
         for s in range(self.elements[e].slots_from, self.elements[e].slots_to):
             partner = self.slots[s].partner
             kept = s
@@ -119,7 +154,7 @@ class Contacts(OnTables):
             c.radius = self.slots[s].radius
             c.mass = self.slots[s].mass
             if partner >= 0:
-                self.shape.touch(a, self.place(partner), c, reach)
+                self.shape.touch(s, a, self.place(partner), c, reach)
                 if c.touching == 1:
                     j = self.body_of(partner)
                     c.lever_i += arm_i
@@ -129,8 +164,7 @@ class Contacts(OnTables):
                     c.velocity = velocity - self.bodies[j].velocity + spin.cross(c.lever_i) - c.spin_j.cross(c.lever_j)
             else:
                 element = -1 - partner
-                near = self.wall_motion.nearest(element, a.position, a.radius, time)
-                self.shape.touch_wall(a, near, c, reach)
+                near = self.shape.touch_wall(s, a, element, time, c, reach)
                 if c.touching == 1:
                     kept = self.memory_slot(e, element, s, near.counts)
                     if kept != s and self.slots[kept].stamp == evaluation:
@@ -148,13 +182,17 @@ class Contacts(OnTables):
                 pushed[s].force = vec3(0.0)
                 pushed[s].torque = vec3(0.0)
                 pushed[s].change = 0.0
+                if ti.static(not self.single):
+                    pushed[s].kept = -1
             if c.touching == 1:
+                if ti.static(not self.round):
+                    c.mass = self.mass_to_stop(w, s, kept, i, partner, j, c, own_only, pushed)
                 if self.slots[kept].stamp < evaluation - 1:
                     self.law.forget(kept)
                 self.slots[kept].stamp = evaluation
-                smaller = a.radius
+                smaller = self.shape.thickness(a)
                 if partner >= 0:
-                    smaller = ti.min(a.radius, c.radius_j)
+                    smaller = ti.min(smaller, self.shape.thickness(self.place(partner)))
                 if c.overlap > LARGEST_OVERLAP * smaller:
                     self.worlds[w].status = int(Status.OVERLAP)
                     self.worlds[w].largest_overlap = c.overlap

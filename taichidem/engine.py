@@ -17,6 +17,7 @@ from taichidem.integrate import Integrator
 from taichidem.neighbours import Neighbours
 from taichidem.particles_schedule import ParticlesSchedule
 from taichidem.shapes.sphere import Sphere
+from taichidem.shapes.superquadric_contact import SuperquadricContact
 from taichidem.state import Sizes, State, Status
 from taichidem.tables import TableAccess
 from taichidem.wall_motion import WallMotion
@@ -47,11 +48,13 @@ class Engine:
         self.single = kind != "multisphere"
         self.lanes = lanes
         gathering = schedule == "particles"
-        self.state = State(self.arena, sizes, self.single, self.law.memories, wall_kinds, gathering, self.law.carries)
+        self.state = State(self.arena, sizes, kind, self.law.memories, wall_kinds, gathering, self.law.carries)
         self.law.allocate(self.arena, sizes.pair_rows, sizes.worlds, self.state.past)
         self.wall_motion = WallMotion(self.state)
         self.integrator = Integrator(self.state)
-        self.contacts = Contacts(self.state, self.law, Sphere(), self.wall_motion)
+        search = SuperquadricContact if kind == "superquadric" else Sphere
+        shape = search(self.state, self.wall_motion)
+        self.contacts = Contacts(self.state, self.law, shape, self.wall_motion)
         self.neighbours = Neighbours(self.state, self.law, self.contacts, self.wall_motion)
         self.worlds = self.state.worlds
         self.arena.seal()

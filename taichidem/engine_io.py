@@ -4,8 +4,8 @@ import numpy as np
 import taichi as ti
 
 from taichidem.bodies import Bodies
-from taichidem.contact import vec3, vec4
-from taichidem.integrate import rotate
+from taichidem.contact import vec2, vec3, vec4
+from taichidem.integrate import rotate, rotate_back
 from taichidem.state import OnTables
 
 Array = ti.types.ndarray()
@@ -29,6 +29,7 @@ class Exchange(OnTables):
             np.ascontiguousarray(bodies.element_body, dtype=np.int32),
             np.ascontiguousarray(bodies.element_material, dtype=np.int32),
             np.column_stack([bodies.element_offset, bodies.element_radius]),
+            _forms(bodies),
         )
 
     def give(self, world: int, amounts: np.ndarray) -> None:
@@ -59,16 +60,17 @@ class Exchange(OnTables):
             self.labels[i].identity = identity + k
             self.labels[i].radius = scalars[k, 1]
             self.labels[i].moved_to = -1
-            if ti.static(not self.single):
+            if ti.static(not self.round):
                 q = vec4(vectors[k, 12], vectors[k, 13], vectors[k, 14], vectors[k, 15])
                 self.rotors[i].orientation = q
-                self.rotors[i].inertia = inertia
-                local = rotate(vec4(q[0], -q[1], -q[2], -q[3]), spin)
-                self.rotors[i].momentum = rotate(q, inertia * local)
+                self.rotors[i].inverse_inertia = 1.0 / inertia
+                self.rotors[i].momentum = rotate(q, inertia * rotate_back(q, spin))
+            if ti.static(not self.single):
+                self.integrator.turn(i, self.rotors[i].orientation)
         self.worlds[w].fresh = 1
 
     @ti.kernel
-    def _insert_elements(self, w: ti.i32, added: ti.i32, body: Array, material: Array, geometry: Array):
+    def _insert_elements(self, w: ti.i32, added: ti.i32, body: Array, material: Array, geometry: Array, forms: Array):
         n = body.shape[0]
         base = self.worlds[w].element_base + self.worlds[w].elements
         first_body = self.worlds[w].body_base + self.worlds[w].bodies
@@ -81,6 +83,12 @@ class Exchange(OnTables):
             self.elements[e].slots_to = 0
             self.loads[e].force = vec3(0.0)
             self.loads[e].torque = vec3(0.0)
+            if ti.static(self.kind == "superquadric"):
+                self.forms[e].axes = vec3(forms[k, 0], forms[k, 1], forms[k, 2])
+                self.forms[e].dual = vec2(forms[k, 3], forms[k, 4])
+                self.forms[e].ellipsoid = ti.cast(forms[k, 5], ti.i32)
+                self.forms[e].size = forms[k, 6]
+                self.integrator.turn(e, self.rotors[e].orientation)
             if ti.static(not self.single):
                 offset = vec3(geometry[k, 0], geometry[k, 1], geometry[k, 2])
                 self.owned[e].body = i
@@ -122,7 +130,7 @@ class Exchange(OnTables):
                 out[k, 11 + axis] = total.force[axis]
                 out[k, 14 + axis] = total.torque[axis]
             out[k, 17] = 1.0
-            if ti.static(not self.single):
+            if ti.static(not self.round):
                 for axis in ti.static(range(4)):
                     out[k, 17 + axis] = self.rotors[i].orientation[axis]
             out[k, 21] = 1.0 / self.bodies[i].inverse_mass
@@ -140,9 +148,18 @@ class Exchange(OnTables):
             v = self.bodies[i].velocity
             spin = self.bodies[i].spin
             energy = 0.5 / self.bodies[i].inverse_mass * v.dot(v)
-            if ti.static(self.single):
+            if ti.static(self.round):
                 energy += 0.5 / self.bodies[i].inverse_inertia * spin.dot(spin)
             else:
                 energy += 0.5 * self.rotors[i].momentum.dot(spin)
             total += energy
         return total
+
+
+def _forms(bodies: Bodies) -> np.ndarray:
+    """Return what the kernel knows of superquadrics: semi-axes, dual exponents, whether it is an ellipsoid, size, (m, 7)."""
+    if bodies.element_axes is None or bodies.element_exponents is None:
+        return np.zeros((len(bodies.element_body), 7))
+    n = bodies.element_exponents
+    ellipsoid = np.all(n == 2, axis=1)
+    return np.column_stack([bodies.element_axes, n / (n - 1), ellipsoid, bodies.radius])

@@ -7,6 +7,7 @@ lists each pair once, at the element that comes first, and copies the memory of 
 
 import taichi as ti
 
+from taichidem.contact import vec3
 from taichidem.inheritance import INHERITED, Inheritance
 from taichidem.state import OnTables, Status
 
@@ -114,10 +115,12 @@ class Neighbours(OnTables):
         self.labels[new].radius = self.labels[old].radius
         if ti.static(self.carries):
             self.amounts[new].held = self.amounts[old].held
+        if ti.static(not self.round):
+            self.rotors[new] = self.rotors[old]
+        if ti.static(self.kind == "superquadric"):
+            self.forms[new] = self.forms[old]
         if ti.static(self.single):
             self._copy_element(old, new)
-        else:
-            self.rotors[new] = self.rotors[old]
 
     @ti.func
     def _copy_element(self, old, new):
@@ -178,6 +181,13 @@ class Neighbours(OnTables):
         for e in range(base, base + self.worlds[w].elements):
             cursor = self.fill(w, e, cursor, True)
         self.worlds[w].slots = cursor - self.worlds[w].slot_base
+        self.finish(w)
+
+    @ti.func
+    def finish(self, w):
+        """Do what needs the lists whole, and one thread."""
+        if ti.static(not self.single):
+            self.contacts.pushes.group(w)
         if ti.static(self.carries):
             self.inheritance.give_back(w)
 
@@ -271,6 +281,8 @@ class Neighbours(OnTables):
                     radius = self.elements[partner].radius
                 self.slots[cursor].mass = 1.0 / inverse_mass
                 self.slots[cursor].radius = self.contacts.shape.pair_radius(self.elements[e].radius, radius)
+                if ti.static(self.kind == "superquadric"):
+                    self.axes[cursor].axis = vec3(0.0)
                 self._recall(w, e, partner, cursor)
             else:
                 self.worlds[w].status = int(Status.LIST_FULL)
@@ -292,6 +304,8 @@ class Neighbours(OnTables):
             for s in range(self.elements[owner].slots_from, self.elements[owner].slots_to):
                 if self.slots[s].partner == other and self.slots[s].stamp == alive:
                     self.law.carry(s, slot, ti.cast(side, ti.f64))
+                    if ti.static(self.kind == "superquadric"):
+                        self.axes[slot].axis = (1.0 - 2.0 * side) * self.axes[s].axis
                     self.slots[slot].stamp = alive
                     if ti.static(self.carries):
                         self.slots[s].stamp = INHERITED

@@ -53,6 +53,8 @@ class ParticlesSchedule(OnTables):
         if not self.is_running(w):
             return False
         self.act(w, dt)
+        if not self.single:
+            self.note_pushes(w)
         self.gather(w)
         if self.has_loaded_wall(w):
             self.gather_walls(w)
@@ -159,8 +161,7 @@ class ParticlesSchedule(OnTables):
                     if partner >= 0:
                         self.incoming[self.inbound[partner].end].slot = s
                         self.inbound[partner].end = self.inbound[partner].end + 1
-            if ti.static(self.carries):
-                self.neighbours.inheritance.give_back(w)
+            self.neighbours.finish(w)
 
     @ti.kernel
     def act(self, w: ti.i32, dt: ti.f64):
@@ -169,6 +170,22 @@ class ParticlesSchedule(OnTables):
         base = self.worlds[w].element_base
         for e in range(base, base + self.worlds[w].elements):
             self.contacts.act(w, e, dt, True, self.reactions)
+
+    @ti.kernel
+    def note_pushes(self, w: ti.i32):
+        """Sum up what the contacts of composed bodies push together, in the order of the slots, on one thread."""
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            evaluation = self.worlds[w].evaluation
+            base = self.worlds[w].element_base
+            for e in range(base, base + self.worlds[w].elements):
+                for s in range(self.elements[e].slots_from, self.elements[e].slots_to):
+                    push = self.reactions[s]
+                    if push.kept >= 0:
+                        i, j, with_body = self.contacts.body_of(e), 0, 0
+                        if self.slots[s].partner >= 0:
+                            j, with_body = self.contacts.body_of(self.slots[s].partner), 1
+                        self.contacts.pushes.note(s, i, j, with_body, push.normal, push.turn_i, push.turn_j, evaluation)
 
     @ti.kernel
     def gather(self, w: ti.i32):

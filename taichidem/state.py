@@ -13,7 +13,8 @@ from enum import IntEnum
 import taichi as ti
 
 from taichidem.arena import Arena
-from taichidem.contact import vec3, vec4
+from taichidem.bodies import Kind
+from taichidem.contact import Symmetric, mat3, vec2, vec3, vec4
 from taichidem.walls.facet import SIDE_COLUMNS, FacetKind
 
 
@@ -127,7 +128,8 @@ _BODY = {"position": vec3, "velocity": vec3, "spin": vec3, "inverse_mass": ti.f6
 _ROTOR = {
     "orientation": vec4,  # unit quaternion (w, x, y, z), body frame → world
     "momentum": vec3,  # angular momentum, world frame [kg m²/s]
-    "inertia": vec3,  # principal moments [kg m²]
+    "inverse_inertia": vec3,  # one over the principal moments [1/(kg m²)]
+    "rotation": mat3,  # of the orientation, body frame → world
     "force": vec3,
     "torque": vec3,
 }
@@ -142,7 +144,25 @@ _ELEMENT = {
     "cell": ti.i32,
 }
 _OWNED = {"body": ti.i32, "offset": vec3, "position": vec3}
+_FORM = {  # of a superquadric
+    "axes": vec3,  # [m]
+    "dual": vec2,  # m₁ and m₂, m = n/(n − 1)
+    "ellipsoid": ti.i32,  # both exponents are 2
+    "size": ti.f64,  # radius of the sphere of equal volume [m]
+    "spread": Symmetric,  # R diag(a², b², c²) Rᵀ [m²]
+}
 _LABEL = {"identity": ti.i32, "radius": ti.f64, "moved_to": ti.i32, "cell": ti.i32}
+# Pairs of bodies that may touch at several points: a list for the body with the lower row, and what the contacts of the last
+# two evaluations push together, each in a row of its own.
+_LISTED_PAIRS = {"pairs_from": ti.i32}  # of a body, −1 for none
+_PAIR = {"other": ti.i32, "next": ti.i32}  # a body or −1 − wall
+_PAIR_OF = {"pair": ti.i32}
+_PUSH = {
+    "stamp": ti.i32,  # evaluation that it sums up
+    "normal": vec3,  # sum of the normals, towards the body that lists the pair
+    "turn_first": vec3,  # sum of r × n of that body, and of the other one [m]
+    "turn_second": vec3,
+}
 _SLOT = {
     "partner": ti.i32,  # an element, or −1 − wall element
     "row": ti.i32,  # of the effects' coefficients
@@ -150,6 +170,16 @@ _SLOT = {
     "radius": ti.f64,  # R* and m*, which don't change while a pair is listed
     "mass": ti.f64,
 }
+_AXIS = {
+    "axis": vec3
+}  # a superquadric's last contact normal, or a direction in which the pair is apart; 0 where none is known
+_REACTION = {"force": vec3, "torque": vec3, "change": ti.f64}
+_OWN_PUSH = {
+    "kept": ti.i32,
+    "normal": vec3,
+    "turn_i": vec3,
+    "turn_j": vec3,
+}  # kept: slot of the memory, −1 where nothing touches
 _WALL = {
     "origin": vec3,
     "velocity": vec3,
@@ -190,7 +220,7 @@ _CORNER_EDGE = {"along": vec3}
 class State:
     """All tables but those of the effects.
 
-    `single` says that every body is one sphere about its own centre, `carries` that bodies hold an amount that contacts
+    `kind` says what bodies are ("sphere", "superquadric": one element each about its own centre; "multisphere": many), `carries` that bodies hold an amount that contacts
     exchange, `gathering` that reactions are left in a table of their own.
     """
 
@@ -198,14 +228,16 @@ class State:
         self,
         arena: Arena,
         sizes: Sizes,
-        single: bool,
+        kind: Kind,
         memories: list[dict],
         wall_kinds: tuple,
         gathering: bool,
         carries: bool,
     ) -> None:
         self.sizes = sizes
-        self.single = single
+        self.kind = kind
+        self.round = kind == "sphere"  # no body shows its orientation, and its inertia is one number
+        self.single = single = kind != "multisphere"  # every body is one element about its own centre
         self.carries = carries
         self.members = {"worlds": _WORLD, "walls": _WALL, "wall_elements": _WALL_ELEMENT, "corner_edges": _CORNER_EDGE}
         self.members |= {"sides": SIDE_COLUMNS, "meshes": _MESH, "mesh_cells": _MESH_CELL, "mesh_facets": _MESH_FACET}
@@ -213,15 +245,22 @@ class State:
         self.worlds = arena.table(sizes.worlds, _WORLD)
         if single:
             self.bodies, self.loads, self.elements = arena.tables(2 * sizes.bodies, _BODY, _LOAD, _ELEMENT)
-            self.rotors = None
             self.owned = None
+            self.rotors = None if self.round else arena.table(2 * sizes.bodies, _ROTOR)
         else:
             self.bodies, self.rotors = arena.tables(2 * sizes.bodies, _BODY, _ROTOR)
             self.loads, self.elements, self.owned = arena.tables(2 * sizes.elements, _LOAD, _ELEMENT, _OWNED)
-        self.labels = arena.table(2 * sizes.bodies, _LABEL)
-        self.slots, *self.past = arena.tables(2 * sizes.slots, _SLOT, *memories)
+        self.forms = arena.table(2 * sizes.bodies, _FORM) if kind == "superquadric" else None
+        self.labels = arena.table(2 * sizes.bodies, _LABEL if single else _LABEL | _LISTED_PAIRS)
+        more = {"superquadric": [_AXIS], "multisphere": [_PAIR_OF]}.get(kind, [])
+        self.slots, *rest = arena.tables(2 * sizes.slots, _SLOT, *more, *memories)
+        self.axes = rest[0] if kind == "superquadric" else None
+        self.pair_of = None if single else rest[0]
+        self.past = rest[len(more) :]
+        self.pairs = None if single else arena.table(2 * sizes.slots, _PAIR)
+        self.pushes = None if single else arena.table(4 * sizes.slots, _PUSH)
         if gathering:  # the schedule over particles leaves reactions per slot and gathers them per partner
-            self.reactions = arena.table(2 * sizes.slots, {"force": vec3, "torque": vec3, "change": ti.f64})
+            self.reactions = arena.table(2 * sizes.slots, _REACTION if single else _REACTION | _OWN_PUSH)
             self.incoming = arena.table(2 * sizes.slots, {"slot": ti.i32})
             self.inbound = arena.table(2 * sizes.elements, {"start": ti.i32, "end": ti.i32})
         self.amounts = self.flows = None
@@ -250,7 +289,8 @@ class OnTables:
     """Base of kernel code: the tables of a state under its own name."""
 
     def __init__(self, state: State) -> None:
-        self.single, self.carries = state.single, state.carries
+        self.kind, self.single, self.round, self.carries = state.kind, state.single, state.round, state.carries
+        self.forms, self.axes = state.forms, state.axes
         self.amounts, self.flows = state.amounts, state.flows
         self.worlds, self.bodies, self.rotors, self.labels = state.worlds, state.bodies, state.rotors, state.labels
         self.loads, self.elements, self.owned, self.slots = state.loads, state.elements, state.owned, state.slots

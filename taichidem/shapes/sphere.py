@@ -17,6 +17,9 @@ class Sphere:
 
     name = "sphere"
 
+    def __init__(self, state, wall_motion) -> None:
+        self.wall_motion = wall_motion
+
     @ti.func
     def pair_radius(self, a, b):
         """R* = R_i R_j / (R_i + R_j); a wall has no curvature and counts as radius 0 here [m]."""
@@ -26,7 +29,17 @@ class Sphere:
         return radius
 
     @ti.func
-    def touch(self, a, b, c: ti.template(), reach):
+    def thickness(self, a):
+        """Return what overlaps are measured against [m]."""
+        return a.radius
+
+    @ti.func
+    def size(self, a):
+        """Return the radius of the sphere of equal volume [m]."""
+        return a.radius
+
+    @ti.func
+    def touch(self, slot, a, b, c: ti.template(), reach):
         """Fill the geometry of the contact between two spheres whose gap is below `reach` [m]."""
         apart = a.position - b.position
         limit = a.radius + b.radius + reach
@@ -43,9 +56,10 @@ class Sphere:
             c.radius_j = b.radius
 
     @ti.func
-    def touch_wall(self, a, near, c: ti.template(), reach):
-        """Fill the geometry of the contact between a sphere and the nearest point of a wall; the wall does not deform."""
+    def touch_wall(self, slot, a, element, time, c: ti.template(), reach):
+        """Fill the geometry of the contact with a wall, which does not deform, and return its nearest point."""
         c.touching = 0
+        near = self.wall_motion.nearest(element, a.position, a.radius, time)
         if near.counts and near.distance < a.radius + reach:
             c.touching = 1
             c.normal = near.normal
@@ -54,3 +68,4 @@ class Sphere:
             c.lever_j = vec3(0.0)
             c.radius_i = a.radius
             c.radius_j = 0.0
+        return near
