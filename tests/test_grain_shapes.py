@@ -25,7 +25,7 @@ from tests.clump import Row
 SOFT = Material("grain", 1000.0, 2e6, 0.3)
 PLAIN = [NormalHertz(restitution=0.4), TangentialMindlin(static_friction=0.4), BodyGravity()]
 DUMBBELL = Row(2)
-CUP = {"diameter": 0.006, "cup_radius": 0.015, "cup_height": 0.008, "particles": 40, "rain_top": 0.1}
+CUP = {"diameter": 0.006, "cup_radius": 0.015, "cup_height": 0.006, "particles": 40, "rain_top": 0.1}
 CUP |= {"settle_time": 0.2}
 
 
@@ -147,6 +147,22 @@ def test_spheres_and_others_run_in_one_call_as_they_run_alone(settled):
     assert together[0].observables != together[1].observables
     assert shown == sorted(shown)
     assert shown[-1] == pytest.approx(1.0)
+
+
+def test_spheroids_and_spheres_of_one_effect_run_in_one_call():
+    """As a screening asks for them: at a share of its strength, and at none."""
+    models = [model(Elongation(aspect_ratio=ratio)) for ratio in (1.0, 1.5, 0.6)]
+    test = BulkDensity(**CUP)
+    together = test.run(models, [1, 1, 1])
+    assert [outcome.failure for outcome in together] == [None] * 3
+    assert together[0].observables == test.run(model(), [1])[0].observables
+    assert together[1].observables == test.run(models[1], [1])[0].observables
+    assert len({outcome.observables["bulk_density"] for outcome in together}) == 3
+    shown = together[1].snapshot
+    assert not shown.forms.round
+    assert shown.mass == pytest.approx(together[0].snapshot.mass)
+    below, _ = Outlines.of(shown).both_ways(2)
+    assert (shown.position[:, 2] - below).min() > -2e-4
 
 
 def test_grains_come_turned_and_touch_nothing(settled):
