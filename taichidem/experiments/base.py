@@ -237,7 +237,7 @@ def run_together(
 
     Args:
         experiments: of one type, which may differ in their settings.
-        models: one per experiment, of one composition of effects.
+        models: one per experiment, of one composition of effects; those of another kind of grains run after the others.
         seeds: one per experiment.
         schedule, report, frames: as for `Experiment.run`.
     """
