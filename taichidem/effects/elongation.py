@@ -1,5 +1,6 @@
 """Grains that are longer or flatter than spheres."""
 
+from functools import lru_cache
 from typing import Any, ClassVar
 
 from taichidem.effects.base import Parameter, SetupEffect
@@ -19,8 +20,8 @@ class Elongation(SetupEffect):
     I = m (a² + c²)/5 about the two axes across and 2/5 m a² about that of revolution
 
     α is length over width: above 1 the grains are elongated, below 1 flat. Option `form`: "superquadric", the smooth
-    spheroid, or "multisphere", a row of so many `spheres` (an option too) that imitates it and costs as many contacts.
-    Three spheres make a rough imitation: what they do to friction and packing is partly their bumps.
+    spheroid, or "multisphere", so many `spheres` (an option too) in a row, or in rings where grains are flat, which imitate
+    it. A few spheres imitate roughly: what they do to friction and packing is partly their bumps.
 
     Expected behaviour: at α = 1.5 the polypropylene of the library made heaps, poured or left by a lifted tube, 5° to 6°
     steeper, sheared at a fifth more stress and packed 3 % denser; a drum and a discharge hardly changed, and the slope
@@ -66,13 +67,14 @@ class Elongation(SetupEffect):
         return spheroid(self.value("aspect_ratio"), self.form, self.spheres)
 
 
+@lru_cache(maxsize=256)  # a model asks again and again, and the moments of overlapping spheres take a while
 def spheroid(aspect_ratio: float, form: str = "superquadric", spheres: int = 3) -> GrainShape | None:
     """Return a spheroid in one of the forms, None where it is a sphere.
 
     Args:
         aspect_ratio: length over width.
         form: "superquadric" or "multisphere".
-        spheres: in a row, of a multisphere.
+        spheres: of a multisphere.
 
     Raises:
         InputError: a ratio not above 0, or a number of spheres that can't make it.

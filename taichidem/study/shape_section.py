@@ -82,7 +82,7 @@ def _multisphere(table: Mapping[str, Any], folder: Path, problems: Problems) -> 
             problems.add("particle.file", f"particle.file is {given!r}; give the name of a file, such as 'grain.csv'.")
             return None
         with problems.catching("particle.file"):
-            return multisphere_of_file(folder / given, table.get("unit"))
+            return multisphere_of_file(folder / given, str(table.get("unit", "m")))
         return None
     if not {"centres", "radii"} <= table.keys():
         problems.missing("particle.file", "give a file such as 'grain.csv', or lists of centres and radii.")
@@ -95,7 +95,7 @@ def _multisphere(table: Mapping[str, Any], folder: Path, problems: Problems) -> 
     return Multisphere(centres, radii)
 
 
-def multisphere_of_file(path: Path, unit: str | None = None) -> GrainShape:
+def multisphere_of_file(path: Path, unit: str = "m") -> GrainShape:
     """Return the grain of a file of spheres; its unit matters to nothing but how the grain is printed.
 
     Raises:
@@ -103,7 +103,7 @@ def multisphere_of_file(path: Path, unit: str | None = None) -> GrainShape:
     """
     from taichidem.shapes.multisphere import Multisphere
 
-    return Multisphere.from_file(path) if unit is None else Multisphere.from_file(path, unit)
+    return Multisphere.from_file(path, unit)
 
 
 def _numbers(key: str, given: object, count: int | None, problems: Problems) -> list[float] | None:
