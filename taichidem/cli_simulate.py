@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,6 +15,7 @@ from rich.table import Table
 from taichidem import cli_simulate_study
 from taichidem.cli_drawn import Drawn
 from taichidem.cli_progress import progress
+from taichidem.cli_shape import parse_shape
 from taichidem.errors import InputError
 
 MOST_SEEDS = 100_000  # a larger count is a seed that lacks its comma
@@ -57,6 +59,13 @@ def simulate(
             help="Experiment: a parameter of the model, such as tangential_mindlin.static_friction=0.4.",
         ),
     ] = None,
+    shape: Annotated[
+        str | None,
+        typer.Option(
+            help="Experiment: form of the grains, of equal volume: spheroid:1.5, superquadric:1,1,1.5,2,2 or "
+            "multisphere:grain.csv; spheres where left out."
+        ),
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Experiment: folder for result.json and grains as VTK.")
     ] = None,
@@ -95,7 +104,10 @@ def simulate(
 
     drawn = Drawn(picture, movie, frame_interval, colour_by)
     if cli_simulate_study.is_study(what):
-        _refuse("a study, whose file says it", {"--set": setting, "--parameter": parameter, "--output": output})
+        _refuse(
+            "a study, whose file says it",
+            {"--set": setting, "--parameter": parameter, "--shape": shape, "--output": output},
+        )
         _refuse("a study; they show a single experiment, given by its name", drawn.options())
         numbers = parse_seeds(seeds or "4")
         cli_simulate_study.simulate_study(what, experiments, numbers, store, retry_failed, as_json)
@@ -103,7 +115,7 @@ def simulate(
         options = {"--experiments": experiments, "--store": store, "--retry-failed": retry_failed}
         _refuse("a single experiment; they belong to a study", options)
         numbers = parse_seeds(seeds or "1")
-        _simulate_experiment(what, setting or [], parameter or [], numbers, output, drawn, as_json)
+        _simulate_experiment(what, setting or [], parameter or [], shape, numbers, output, drawn, as_json)
     else:
         raise cli_simulate_study.neither(what)
 
@@ -120,6 +132,7 @@ def _simulate_experiment(
     name: str,
     settings: list[str],
     parameters: list[str],
+    shape: str | None,
     seeds: list[int],
     output: Path | None,
     drawn: Drawn,
@@ -131,7 +144,7 @@ def _simulate_experiment(
 
     drawn.check()
     folder = None if output is None else writable_folder(output)
-    model = polypropylene()
+    model = replace(polypropylene(), shape=parse_shape(shape))
     for text in parameters:
         model = with_parameter(model, text)
     test = plugins.get("experiment", name)(**dict(_split(text) for text in settings))

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from taichidem.errors import InputError
+from taichidem.shapes.outlines import Outlines
 from taichidem.walls.base import finite_vector, positive
 
 ROUNDS = 300
@@ -45,13 +46,19 @@ class CylinderRegion:
                 f"radius {grain_radius:g} m. Widen it."
             )
 
-    def sample(self, rng: np.random.Generator, count: int, grain_radius: np.ndarray | float) -> np.ndarray:
-        """Return random centres, uniform in the volume in which a grain lies wholly inside, (count, 3) [m]."""
-        rho = (self.radius - grain_radius) * np.sqrt(rng.random(count))
-        azimuth = 2 * np.pi * rng.random(count)
-        height = self.bottom + grain_radius + (self.top - self.bottom - 2 * grain_radius) * rng.random(count)
+    def sample(self, rng: np.random.Generator, grains: Outlines) -> np.ndarray:
+        """Return random centres, uniform in the volume in which each grain lies wholly inside, (n, 3) [m].
+
+        A grain that is no sphere may pass the curved side by what this bends away over half the grain's length.
+        """
+        every = np.arange(len(grains.radius))
+        share, azimuth = np.sqrt(rng.random(len(every))), 2 * np.pi * rng.random(len(every))
+        cosine, sine = np.cos(azimuth), np.sin(azimuth)
+        rho = (self.radius - grains.reach(every, np.column_stack([cosine, sine, 0 * sine]))) * share
+        below, above = grains.both_ways(2)
+        height = self.bottom + below + (self.top - self.bottom - (below + above)) * rng.random(len(every))
         x, y = self.centre
-        return np.column_stack([x + rho * np.cos(azimuth), y + rho * np.sin(azimuth), height])
+        return np.column_stack([x + rho * cosine, y + rho * sine, height])
 
     def volume(self) -> float:
         """Return the volume [m³]."""
@@ -75,11 +82,11 @@ class BoxRegion:
                 "Widen it."
             )
 
-    def sample(self, rng: np.random.Generator, count: int, grain_radius: np.ndarray | float) -> np.ndarray:
-        """Return random centres, uniform in the volume in which a grain lies wholly inside, (count, 3) [m]."""
-        margin: np.ndarray = np.broadcast_to(grain_radius, (count,))[:, None]
-        lower = np.asarray(self.lower) + margin
-        return lower + rng.random((count, 3)) * (np.asarray(self.upper) - margin - lower)
+    def sample(self, rng: np.random.Generator, grains: Outlines) -> np.ndarray:
+        """Return random centres, uniform in the volume in which each grain lies wholly inside, (n, 3) [m]."""
+        below, above = (np.column_stack(ends) for ends in zip(*map(grains.both_ways, range(3)), strict=True))
+        lower = np.asarray(self.lower) + below
+        return lower + rng.random(lower.shape) * (np.asarray(self.upper) - above - lower)
 
     def volume(self) -> float:
         """Return the volume [m³]."""
@@ -97,17 +104,23 @@ def loose_height(grain_radius: float, count: int, cross_section: float) -> float
 
 
 def place_at_random(
-    rng: np.random.Generator, region: Region, radii: np.ndarray, present: np.ndarray, present_radius: np.ndarray
+    rng: np.random.Generator,
+    region: Region,
+    grains: Outlines | np.ndarray,
+    present: np.ndarray,
+    present_grains: Outlines | np.ndarray,
 ) -> np.ndarray:
     """Return a centre for each new grain that touches nothing, (n, 3) [m]; NaN for a grain that found no place.
 
     Args:
         rng: the world's own stream of random numbers.
         region: where the grains appear.
-        radii: of the new grains (n,) [m]; they look for a place in this order, again and again.
-        present, present_radius: centres (m, 3) and radii (m,) of the grains already there [m].
+        grains: outlines of the new grains, or radii of spheres (n,) [m]; they look for a place in this order, again and again.
+        present: centres of the grains already there (m, 3) [m].
+        present_grains: their outlines, or radii of spheres (m,) [m].
     """
-    radii = np.asarray(radii, float)
+    new, old = Outlines.of(grains), Outlines.of(present_grains)
+    radii = new.radius
     centres: np.ndarray = np.full((len(radii), 3), np.nan)
     if len(radii) == 0:
         return centres
@@ -116,12 +129,13 @@ def place_at_random(
     waiting = np.arange(len(radii))
     for k in range(ROUNDS):
         tries = np.repeat(waiting, 1 if k < FIRST_ROUNDS else len(radii) // len(waiting))
-        tried = region.sample(rng, len(tries), radii[tries])
+        each = new.rows(tries)
+        tried = region.sample(rng, each)
         placed = np.setdiff1d(np.arange(len(radii)), waiting)
-        free = _free_of(tried, radii[tries], present, present_radius)
-        free &= _free_of(tried, radii[tries], centres[placed], radii[placed])
+        free = _free_of(tried, each, present, old)
+        free &= _free_of(tried, each, centres[placed], new.rows(placed))
         won = free.copy()
-        won[free] = _first_come(tried[free], radii[tries[free]])
+        won[free] = _first_come(tried[free], each.rows(np.flatnonzero(free)))
         centres[tries[won]] = tried[won]  # of a grain's several free places the last one counts
         waiting = np.setdiff1d(waiting, tries[won])
         if len(waiting) == 0:
@@ -130,53 +144,60 @@ def place_at_random(
 
 
 def fill_at_random(
-    rng: np.random.Generator, region: Region, radii: np.ndarray, present: np.ndarray, present_radius: np.ndarray
+    rng: np.random.Generator,
+    region: Region,
+    grains: Outlines | np.ndarray,
+    present: np.ndarray,
+    present_grains: Outlines | np.ndarray,
 ) -> np.ndarray:
     """Return a centre for every grain as `place_at_random` does.
 
     Raises:
         InputError: the region is too small for the number asked for.
     """
-    radii = np.asarray(radii, float)
+    new, old = Outlines.of(grains), Outlines.of(present_grains)
+    radii = new.radius
     centres: np.ndarray = np.full((len(radii), 3), np.nan)
     for radius in np.unique(radii)[::-1]:  # large grains first: small ones still find places between them
-        own, there = np.flatnonzero(radii == radius), np.isfinite(centres[:, 0])
-        around, around_radius = (
-            np.concatenate([present, centres[there]]),
-            np.concatenate([present_radius, radii[there]]),
-        )
-        centres[own] = place_at_random(rng, region, radii[own], around, around_radius)
+        own, there = np.flatnonzero(radii == radius), np.flatnonzero(np.isfinite(centres[:, 0]))
+        around = np.concatenate([present, centres[there]])
+        centres[own] = place_at_random(rng, region, new.rows(own), around, old.joined(new.rows(there)))
     placed = int(np.count_nonzero(np.isfinite(centres[:, 0])))
     if placed < len(centres):
-        share = float((4 / 3 * np.pi * radii**3).sum()) / region.volume()
+        share = float((4 / 3 * np.pi * new.size**3).sum()) / region.volume()
         raise InputError(
-            f"Only {placed} of {len(centres)} grains of radius up to {float(np.max(radii)):g} m found a place at random; "
+            f"Only {placed} of {len(centres)} grains of radius up to {float(np.max(new.size)):g} m found a place at random; "
             f"they would fill {100 * share:.0f} % of the region, and beyond about 30 % hardly any place is free. Enlarge "
             "the region or ask for fewer."
         )
     return centres
 
 
-def _free_of(tried: np.ndarray, radii: np.ndarray, present: np.ndarray, present_radius: np.ndarray) -> np.ndarray:
+def _free_of(tried: np.ndarray, grains: Outlines, present: np.ndarray, others: Outlines) -> np.ndarray:
     """Return which of the tried centres touch nothing that is present."""
     if len(present) == 0 or len(tried) == 0:
         return np.ones(len(tried), bool)
-    reach = float(radii.max() + present_radius.max())
+    reach = float(grains.radius.max() + others.radius.max())
     near = cKDTree(tried).sparse_distance_matrix(cKDTree(present), reach, output_type="ndarray")
     point, other = near["i"], near["j"]
     distance = np.sqrt(((present[other] - tried[point]) ** 2).sum(axis=1))
+    close = distance < grains.radius[point] + others.radius[other]
+    point, other = point[close], other[close]
     free = np.ones(len(tried), bool)
-    free[point[distance < radii[point] + present_radius[other]]] = False
+    free[point[grains.meets(point, present[other] - tried[point], others, other)]] = False
     return free
 
 
-def _first_come(tried: np.ndarray, radii: np.ndarray) -> np.ndarray:
+def _first_come(tried: np.ndarray, grains: Outlines) -> np.ndarray:
     """Return which centres touch no earlier kept one."""
     kept = np.ones(len(tried), bool)
     if len(tried) > 1:
-        pairs = np.array(sorted(cKDTree(tried).query_pairs(2 * float(radii.max()))), int).reshape(-1, 2)
+        pairs = np.array(sorted(cKDTree(tried).query_pairs(2 * float(grains.radius.max()))), int).reshape(-1, 2)
         apart = np.sqrt(((tried[pairs[:, 0]] - tried[pairs[:, 1]]) ** 2).sum(axis=1))
-        for first, second in pairs[apart < radii[pairs[:, 0]] + radii[pairs[:, 1]]].tolist():
+        pairs = pairs[apart < grains.radius[pairs[:, 0]] + grains.radius[pairs[:, 1]]]
+        first, second = pairs.T
+        pairs = pairs[grains.meets(first, tried[second] - tried[first], grains, second)]
+        for first, second in pairs.tolist():
             if kept[first]:
                 kept[second] = False
     return kept

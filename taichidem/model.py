@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from taichidem.bodies import Kind
 from taichidem.effects.base import ContactEffect, Effect, SetupEffect
 from taichidem.effects.body_gravity import BodyGravity
-from taichidem.effects.law import check_composition
-from taichidem.errors import InputError, unknown_name
+from taichidem.effects.law import check_composition, check_shapes
+from taichidem.errors import CompositionError, InputError, unknown_name
 from taichidem.materials import Material, MaterialPair
+from taichidem.shapes.base import GrainShape
 
 
 @dataclass(frozen=True)
@@ -21,14 +23,17 @@ class Model:
     Args:
         materials: the solids; contacts name them.
         effects: instances, in any order; at most one per family.
+        shape: form of the grains, at any size: experiments give them the volume of a sphere of their `diameter`. Spheres
+            where left out.
 
     Raises:
-        CompositionError: effects that exclude each other.
+        CompositionError: effects that exclude each other or the shape.
         InputError: two materials of one name, or a parameter given for a pair of materials that do not exist.
     """
 
     materials: Sequence[Material]
     effects: Sequence[Effect]
+    shape: GrainShape | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "materials", tuple(self.materials))
@@ -37,10 +42,24 @@ class Model:
         if not names or len(set(names)) != len(names):
             raise InputError(f"Materials are named {names}; give at least one, each with a name of its own.")
         check_composition(tuple(self.effects))
+        self._check_shape()
         for effect in self.effects:
             for parameter, value in effect.values.items():
                 for pair in value if isinstance(value, dict) else ():
                     self._check_pair(f"{effect.name}.{parameter}", pair)
+
+    def _check_shape(self) -> None:
+        if not isinstance(self.shape, GrainShape | None):
+            raise InputError(
+                f"shape is {self.shape!r}; give a form such as Superquadric.spheroid(1.5), or leave it out for spheres."
+            )
+        shaping = [e.name for e in self.set_up_effects if type(e).grain_shape is not SetupEffect.grain_shape]
+        if len(shaping) + (self.shape is not None) > 1:
+            others = f" and the model's shape, {self.shape!r}," if self.shape is not None else ""
+            raise CompositionError(
+                f"{' and '.join(repr(name) for name in shaping)}{others} both say what form the grains have. Leave one out."
+            )
+        check_shapes(tuple(self.effects), self.grain_kind)
 
     def _check_pair(self, where: str, pair: str) -> None:
         parts = pair.split("-")
@@ -67,6 +86,18 @@ class Model:
         return sizes[0] if sizes else (1.0,)
 
     @property
+    def grain_shape(self) -> GrainShape | None:
+        """The form of the grains, that of a set-up effect or the model's own; None for spheres."""
+        given = [shape for e in self.set_up_effects if (shape := e.grain_shape()) is not None]
+        return given[0] if given else self.shape
+
+    @property
+    def grain_kind(self) -> Kind:
+        """What the grains need of an engine; worlds that differ in it can't share one."""
+        shape = self.grain_shape
+        return "sphere" if shape is None else shape.kind
+
+    @property
     def set_up_effects(self) -> tuple[SetupEffect, ...]:
         """The effects that change grains or apparatus instead of acting in the kernel."""
         return tuple(e for e in self.effects if isinstance(e, SetupEffect))
@@ -81,12 +112,12 @@ class Model:
                 for change in changes:
                     field = change.gravity(field)
                 kept[k] = BodyGravity(**dict(zip("xyz", field.tolist(), strict=True)))
-        return Model(self.materials, kept)
+        return replace(self, effects=kept, shape=self.grain_shape)
 
     def without_gravity(self) -> Model:
         """Return a copy in which nothing falls; it runs on the same compiled law."""
         none = BodyGravity(x=0.0, y=0.0, z=0.0)
-        return Model(self.materials, [none if isinstance(e, BodyGravity) else e for e in self.effects])
+        return replace(self, effects=[none if isinstance(e, BodyGravity) else e for e in self.effects])
 
     def reach(self, largest_radius: float, grain_names: set[str]) -> float:
         """Return the largest gap [m] at which an effect acts on grains up to a radius [m] of the named materials."""
@@ -120,4 +151,4 @@ class Model:
             reverse = "-".join(reversed(changed.split("-")))
             new = {k: v for k, v in every.items() if k != reverse and v is not None} | {changed: value}
         replaced = effect.with_values(**{parameter: new})
-        return Model(self.materials, [replaced if e is effect else e for e in self.effects])
+        return replace(self, effects=[replaced if e is effect else e for e in self.effects])

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from taichidem.bodies import Bodies
-from taichidem.effects.base import SetupEffect
 from taichidem.errors import InputError, TaichidemError
+from taichidem.grain import Grain
 from taichidem.insertion import Region, fill_at_random, place_at_random
-from taichidem.materials import Material
+from taichidem.shapes.outlines import Outlines
 from taichidem.simulation import Simulation, Snapshot, WallState
 
 Procedure = Generator[float, None, None]
@@ -92,53 +92,6 @@ class World:
         return self.simulation.kinetic_energy(self.number)
 
 
-@dataclass(frozen=True)
-class Grain:
-    """Spherical grains of one material, of one size or of several sizes in equal numbers.
-
-    Args:
-        radius: nominal [m]; that of a grain of the mean volume.
-        material: of the grains.
-        number: of the material in the model.
-        relative_sizes: radii over the nominal one.
-        changes: set-up effects, which may put other bodies in the place of spheres.
-    """
-
-    radius: float
-    material: Material
-    number: int
-    relative_sizes: tuple[float, ...] = (1.0,)
-    changes: tuple[SetupEffect, ...] = ()
-
-    @property
-    def mass(self) -> float:
-        """m = 4/3 π ρ R³ [kg], the mean mass."""
-        return 4 / 3 * np.pi * self.material.density * self.radius**3
-
-    @property
-    def largest_radius(self) -> float:
-        """Radius of the largest grains [m]."""
-        return self.radius * max(self.relative_sizes)
-
-    @property
-    def smallest_radius(self) -> float:
-        """Radius of the smallest grains [m]."""
-        return self.radius * min(self.relative_sizes)
-
-    def radii(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """Return the radii of `count` grains [m]: as many of each size as can be, in random order."""
-        if len(self.relative_sizes) == 1:
-            return np.full(count, self.radius * self.relative_sizes[0])
-        return self.radius * rng.permutation(np.resize(self.relative_sizes, count))
-
-    def spheres(self, centres: np.ndarray, radii: np.ndarray, velocity: tuple[float, float, float]) -> Bodies:
-        """Return such grains at the given centres [m]."""
-        bodies = Bodies.spheres(centres, radii, self.material.density, material=self.number, velocity=velocity)
-        for change in self.changes:
-            bodies = change.grains(bodies)
-        return bodies
-
-
 def pour(
     world: World,
     grain: Grain,
@@ -161,18 +114,20 @@ def pour(
         raise InputError(
             f"batch_interval is {batch_interval:g} s, below the time step of {step:g} s. Take a longer one."
         )
-    waiting = grain.radii(world.rng, count)
+    drawn = grain.draw(world.rng, count)
+    waiting: np.ndarray = np.arange(count)
     done = 0
     began = placed_at = world.time
     while done < count:
         due = min(count, int(np.floor((world.time - began) * rate + rate * batch_interval + 1e-9)))
         present = world.snapshot()
-        radii = waiting[: due - done]
-        centres = place_at_random(world.rng, region, radii, present.position, present.radius)
+        tried = waiting[: due - done]
+        outlines = Outlines.of(grain.bodies(drawn.rows(tried)))
+        centres = place_at_random(world.rng, region, outlines, present.position, Outlines.of(present))
         placed = np.isfinite(centres[:, 0])
         if np.any(placed):
-            world.insert(grain.spheres(centres[placed], radii[placed], velocity))
-            waiting = np.concatenate([radii[~placed], waiting[due - done :]])
+            world.insert(grain.bodies(drawn.rows(tried[placed]), centres[placed], velocity))
+            waiting = np.concatenate([tried[~placed], waiting[due - done :]])
             done += int(np.count_nonzero(placed))
         if np.any(placed) or due == done:
             placed_at = world.time
@@ -195,9 +150,10 @@ def rain(
         InputError: the region is too small for so many.
     """
     present = world.snapshot()
-    radii = grain.radii(world.rng, count)
-    centres = fill_at_random(world.rng, region, radii, present.position, present.radius)
-    world.insert(grain.spheres(centres, radii, velocity))
+    drawn = grain.draw(world.rng, count)
+    outlines = Outlines.of(grain.bodies(drawn))
+    centres = fill_at_random(world.rng, region, outlines, present.position, Outlines.of(present))
+    world.insert(grain.bodies(drawn, centres, velocity))
 
 
 def wait(world: World, duration: float, total: float, every: float | None = None) -> Procedure:

@@ -10,6 +10,7 @@ import numpy as np
 
 from taichidem.bodies import Bodies, Kind
 from taichidem.effects.base import ContactEffect
+from taichidem.effects.law import check_shapes
 from taichidem.errors import CompositionError, InputError
 from taichidem.materials import MaterialPair, rayleigh_time_step
 from taichidem.model import Model
@@ -94,7 +95,7 @@ class Scene:
             self._check_time_step()
         else:
             self.check_bodies(self.bodies)
-        _ = self.kind
+        check_shapes(tuple(self.model.effects), self.kind)
         for pair in self.model.pairs():
             for effect in self.model.effects:
                 if isinstance(effect, ContactEffect) and self.can_touch(pair):

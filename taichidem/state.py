@@ -222,7 +222,8 @@ _CORNER_EDGE = {"along": vec3}
 class State:
     """All tables but those of the effects.
 
-    `kind` says what bodies are (spheres and superquadrics are one element about their own centre, multispheres many), `carries` that bodies hold an amount that contacts
+    `kind` says what bodies are (spheres and superquadrics are one element, multispheres many),
+    `carries` that bodies hold an amount that contacts
     exchange, `gathering` that reactions are left in a table of their own.
     """
 

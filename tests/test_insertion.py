@@ -13,10 +13,12 @@ from scipy.spatial.distance import pdist
 from taichidem.effects import BodyGravity, NormalHertz, SizeSpread
 from taichidem.effects.base import SetupEffect
 from taichidem.errors import InputError
+from taichidem.grain import Grain
 from taichidem.insertion import BoxRegion, CylinderRegion, fill_at_random, place_at_random
 from taichidem.materials import Material
-from taichidem.procedure import Grain, World, play, pour, rain
+from taichidem.procedure import World, play, pour, rain
 from taichidem.scene import Model, Scene
+from taichidem.shapes.outlines import Outlines
 from taichidem.simulation import Simulation
 
 NONE = np.empty((0, 3))
@@ -100,7 +102,7 @@ def test_a_full_cup_takes_grains_of_one_size_and_of_several_alike(half_width):
 
 def test_places_are_uniform_over_the_cross_section():
     region = CylinderRegion(1.0, 0.0, 1.0)
-    x = region.sample(np.random.default_rng(1), 20000, 0.0)
+    x = region.sample(np.random.default_rng(1), Outlines.of(np.zeros(20000)))
     inner = np.mean(np.hypot(x[:, 0], x[:, 1]) < 0.5)
     assert inner == pytest.approx(0.25, abs=4 * np.sqrt(0.25 * 0.75 / 20000))
     assert x[:, 2].mean() == pytest.approx(0.5, abs=4 / np.sqrt(12 * 20000))
@@ -174,8 +176,8 @@ def test_rain_into_a_region_too_small_is_refused():
         rain(world, GRAIN, BoxRegion((0.0, 0.0, 0.0), (0.03, 0.03, 0.03)), 500)
 
 
-def test_a_set_up_effect_may_put_other_bodies_in_the_place_of_spheres():
-    """The door by which grains of another mass or shape come."""
+def test_a_set_up_effect_may_change_the_bodies():
+    """The door by which grains of another mass come."""
 
     class Heavy(SetupEffect):
         name = "heavy"

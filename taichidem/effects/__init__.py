@@ -8,6 +8,7 @@ from taichidem.effects.cohesion_area import CohesionArea
 from taichidem.effects.cohesion_dmt import CohesionDmt
 from taichidem.effects.cohesion_jkr import CohesionJkr
 from taichidem.effects.electrostatic_charge import ElectrostaticCharge
+from taichidem.effects.elongation import Elongation
 from taichidem.effects.kinetic_friction import KineticFriction
 from taichidem.effects.liquid_bridge import LiquidBridge
 from taichidem.effects.normal_elastoplastic import NormalElastoplastic
@@ -42,6 +43,7 @@ BUILT_IN = {
         TwistingResistance,
         BaseTilt,
         SizeSpread,
+        Elongation,
     )
 }
 
@@ -55,6 +57,7 @@ __all__ = [
     "CohesionDmt",
     "CohesionJkr",
     "ElectrostaticCharge",
+    "Elongation",
     "KineticFriction",
     "LiquidBridge",
     "NormalElastoplastic",

@@ -28,7 +28,8 @@ class AirDrag(BodyEffect):
 
     Expected behaviour: falls and flights come to a terminal velocity; small and light grains first. Limits: one sphere
     alone (no hindrance by neighbours, no added mass or history, no spin); smooth, without the drag crisis, which lies near
-    Re = 3·10⁵ for smooth spheres and earlier for rough ones: beyond 2·10⁵ C_D is held near 0.46.
+    Re = 3·10⁵ for smooth spheres and earlier for rough ones: beyond 2·10⁵ C_D is held near 0.46. Grains of another form are
+    dragged as the sphere of their volume, however they lie; in truth long and flat ones fall more slowly and turn.
     """
 
     name: ClassVar[str] = "air_drag"

@@ -13,11 +13,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from taichidem.bodies import Bodies
+from taichidem.bodies import Bodies, Kind
 from taichidem.effects.declarations import IN_COLLISION, UNDER_WEIGHT, Memory, Parameter, Similarity
 from taichidem.effects.probe import ProbeScale, between
 from taichidem.errors import InputError
 from taichidem.materials import MaterialPair
+from taichidem.shapes.base import GrainShape
 
 PairValues = Mapping[str, float]
 
@@ -62,6 +63,9 @@ class Effect:
     needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}  # family → names of which one must be there, () for any
     similarity: ClassVar[Similarity | None] = None  # what coarse graining keeps
     visible_as: ClassVar[str] = ""  # what a person sees when it is strong
+    # Kinds of bodies that it can act on, and why on no other, as what follows "since".
+    shapes: ClassVar[tuple[Kind, ...]] = ("sphere", "multisphere", "superquadric")
+    shapes_reason: ClassVar[str] = ""
     source: ClassVar[str] = ""
     # As a hypothesis: what grows with its strength, the first of which measures it (by default all that `strongest` gives
     # and that has a vanishing value); whether a negative strength has a meaning; whether it acts wholly or not at all.
@@ -239,8 +243,15 @@ class SetupEffect(Effect):
         """Return the radii of the grains over the nominal one, in equal numbers."""
         return (1.0,)
 
+    def grain_shape(self) -> GrainShape | None:
+        """Return the form of the grains in place of spheres, at any size, or None where they stay what they are.
+
+        A model holds one thing that says so: an effect that overrides this, or its own `shape`.
+        """
+        return None
+
     def grains(self, bodies: Bodies) -> Bodies:
-        """Return what is put into the apparatus in place of these spheres, such as bodies of another mass or shape."""
+        """Return what is put into the apparatus in place of these bodies: of the same form, such as of another mass."""
         return bodies
 
 

@@ -44,6 +44,8 @@ def _section(kind: type[Effect]) -> str:
         facts.append(f"Family: `{kind.family}`.")
     for family, names in kind.needs.items():
         facts.append(f"Needs {' or '.join(f'`{n}`' for n in names) or f'an effect of family `{family}`'}.")
+    if kind.shapes_reason:
+        facts.append(f"Acts on {' and '.join(kind.shapes)} only, since {kind.shapes_reason}.")
     if kind.similarity is not None:
         facts.append(f"Coarse graining keeps: {kind.similarity.kept}.")
     return "\n".join([*lines, " ".join(facts), "", f"Source: {kind.source}.", ""])

@@ -24,7 +24,8 @@ class CohesionArea(ContactEffect):
     attraction acts against Hertz. Limits: Hertz alone carries the pull where k = 4/3 E* √(δ/(2R))/π between equal spheres
     and k = 2/3 E* √(δ/R)/π at a wall, so without any load a contact settles at δ = 2R (3πk/(4E*))² and R (3πk/(2E*))²;
     where that is no longer small beside R, grains sink into each other. Of overlapping elements of one body each pulls for
-    itself, so that a body of several spheres sticks more than its outline would.
+    itself, so that a body of several spheres sticks more than its outline would; of a superquadric the circle is that of
+    spheres with the curvatures at the contact.
     """
 
     name: ClassVar[str] = "cohesion_area"

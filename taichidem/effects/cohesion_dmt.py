@@ -25,7 +25,7 @@ class CohesionDmt(ContactEffect):
     Expected behaviour: as an added load between all grains: steeper heaps and drums, lumps, slower discharge; it doesn't
     depend on stiffness. Limits: hard, small grains with a Tabor parameter well below 1; surface forces out of contact,
     which make it tear later, are left out; one pull per element, so that a body of several spheres which touches with two
-    is held twice.
+    is held twice; of a superquadric R* is that of the curvatures at the contact, so that its flat sides hold more firmly.
     """
 
     name: ClassVar[str] = "cohesion_dmt"

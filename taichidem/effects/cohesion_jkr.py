@@ -66,7 +66,9 @@ class CohesionJkr(ContactEffect):
     Expected behaviour: grains cling, small ones more; slow impacts stick, fast ones don't notice. Steeper heaps and
     drums, lumps, blocked outlets. Limits: spheres on spheres or flats, a Tabor parameter well above 1 (see
     `tabor_parameter`), F_c that does not press grains deeper than small overlaps. A contact at negative overlap that
-    rolls over the edge of a mesh is a new one and forms at touch.
+    rolls over the edge of a mesh is a new one and forms at touch. Of a superquadric R* is that of the curvatures at the
+    contact, so that its flat sides hold more firmly; one flatter than the sphere about the grain may tear early, at the
+    gap of that sphere. Of a body of several spheres each holds for itself.
     """
 
     name: ClassVar[str] = "cohesion_jkr"

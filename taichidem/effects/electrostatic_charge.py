@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import taichi as ti
 from scipy.constants import epsilon_0
 
+from taichidem.bodies import Kind
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import ContactEffect, Parameter, Similarity, Stage
 from taichidem.effects.probe import ProbeScale
@@ -26,12 +27,13 @@ class ElectrostaticCharge(ContactEffect):
     only the first image counts: of the grain itself, in each wall, not of other grains nor of images in other walls.
 
     Expected behaviour: looser packings, grains that spread and that creep up walls and stay there. Limits: charges stay
-    as they are and sit in the centres (no polarisation, no exchange at contact); cut off, a pile lacks its far field. In a
-    body of several spheres each element carries the charge of its whole sphere, so overlapping elements carry more than
-    the outline would. Each facet of a mesh above which a grain stands is a wall of its own, so a round wall made of facets
-    counts several times (twice half-way to the axis of a tube of 32): take the exact walls Cylinder, Cone, Disc and Plane.
-    The cost grows with the grains in reach, a little less than (1 + cut-off/diameter)³: in a bed of 3 mm grains a step
-    took 2, 6 and 18 times as long with a cut-off of 1, 3 and 6 mm.
+    as they are and sit in the centres (no polarisation, no exchange at contact); cut off, a pile lacks its far field.
+    Spheres only: of overlapping spheres of one body each would carry the charge of its hidden surface too, and of a
+    superquadric a contact knows the curvature, which tells neither the surface nor the distance of the centre. Each
+    facet of a mesh above which a grain stands is a wall of its own, so a round wall made of facets counts several times
+    (twice half-way to the axis of a tube of 32): take the exact walls Cylinder, Cone, Disc and Plane. The cost grows with
+    the grains in reach, a little less than (1 + cut-off/diameter)³: in a bed of 3 mm grains a step took 2, 6 and 18 times
+    as long with a cut-off of 1, 3 and 6 mm.
     """
 
     name: ClassVar[str] = "electrostatic_charge"
@@ -63,6 +65,8 @@ class ElectrostaticCharge(ContactEffect):
         ),
     )
     coefficients: ClassVar[tuple[str, ...]] = ("strength", "cut_off")
+    shapes: ClassVar[tuple[Kind, ...]] = ("sphere",)
+    shapes_reason: ClassVar[str] = "its charge is that of a sphere's surface and sits in the centre of a sphere"
     conservative: ClassVar[bool] = True
     visible_as: ClassVar[str] = "grains that keep apart and that stick to walls which they have not been pressed to"
     similarity: ClassVar[Similarity] = Similarity("Coulomb's force over weight at gaps that scale", 1.0, 0.5, 3.0)

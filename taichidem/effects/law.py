@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import taichi as ti
 
 from taichidem.arena import Arena
+from taichidem.bodies import Kind
 from taichidem.contact import Wrench, vec3
 from taichidem.effects.base import BodyEffect, ContactEffect, Effect, SetupEffect
 from taichidem.errors import CompositionError
@@ -48,6 +49,16 @@ def _check_needs(effect: Effect, present: dict[str, Effect]) -> None:
             held = f"holds {found.name}" if found else "holds none"
             raise CompositionError(
                 f"{effect.name!r} needs {wanted}; the model {held}. Add it, or leave {effect.name!r} out."
+            )
+
+
+def check_shapes(effects: tuple[Effect, ...], kind: Kind) -> None:
+    """Raise CompositionError when an effect can't act on grains of a kind."""
+    for effect in effects:
+        if kind not in effect.shapes:
+            raise CompositionError(
+                f"{effect.name!r} can't act on grains of kind {kind!r}, since {effect.shapes_reason}. It acts on "
+                f"{' and '.join(effect.shapes)}: take such grains, or leave {effect.name!r} out."
             )
 
 

@@ -72,6 +72,8 @@ class LiquidBridge(ContactEffect):
     Expected behaviour: steep heaps, lumps, slow discharge, and grains that stay together until S_c; more liquid reaches
     farther but hardly pulls harder. With viscosity impacts below a critical speed do not rebound. Limits: pendular state,
     no gravity in the bridge, no flow between bridges; explicit steps need 6π η R*/ε well below m*/Δt.
+    Grains of any form carry that share of their volume. A bridge of theirs is that of spheres with the curvatures at the
+    contact, and breaks at the latest where one between the spheres about the largest grains would.
     """
 
     name: ClassVar[str] = "liquid_bridge"

@@ -38,7 +38,8 @@ class NormalElastoplastic(ContactEffect):
     a = √(R_p (δ − δ_p)), which doesn't jump where unloading begins, and 4/3 E* a, the secant stiffness over δ − δ_p.
 
     Expected behaviour: hard impacts bounce less, e ∝ V^(−¼); settled grains keep flats, press deeper and give little back
-    when unloaded. Limits: small overlaps, no hardening, no adhesion; a contact that opened begins as new.
+    when unloaded. Limits: small overlaps, no hardening, no adhesion; a contact that opened begins as new;
+    R* and m* where grains are no spheres as for `normal_hertz`.
     """
 
     name: ClassVar[str] = "normal_elastoplastic"

@@ -63,6 +63,8 @@ class NormalHertz(ContactEffect):
 
     Expected behaviour: two grains rebound with e times their approach speed. Small e damps a pour within a few impacts
     and steepens heaps; e near 1 keeps grains hopping and flattens them. Limits: small overlaps (δ ≪ R), no plasticity.
+    Where grains are no spheres, R* is that of the curvatures at the contact, and m* the mass that a push there moves, turning
+    counted, so that e also holds for impacts beside the centre of mass.
     """
 
     name: ClassVar[str] = "normal_hertz"

@@ -41,7 +41,8 @@ class NormalViscoelastic(ContactEffect):
     the cut one. For a softened modulus E′ take A′ = A (E/E′)^(2/5), which keeps e at every speed.
 
     Expected behaviour: gentle impacts bounce nearly elastically, hard ones less; a pour is damped by its fast impacts and
-    goes on trembling at the end. Limits: small overlaps, deformation slow beside sound, no plasticity, no adhesion.
+    goes on trembling at the end. Limits: small overlaps, deformation slow beside sound, no plasticity, no adhesion;
+    R* and m* where grains are no spheres as for `normal_hertz`.
     """
 
     name: ClassVar[str] = "normal_viscoelastic"

@@ -20,7 +20,8 @@ class RollingConstantTorque(ContactEffect):
 
     Expected behaviour: a rolling ball slows down at (5/7) μ_r g; heaps and drums grow steeper. Limits: the couple has
     no memory, so a grain at rest trembles around its sign change and creeps on a slope; use `rolling_spring_dashpot`
-    where grains must come to rest.
+    where grains must come to rest. It stands for what keeps spheres from rolling as real grains do not: grains whose form is
+    simulated need less of it, since their form does that itself. There R* is that of the curvatures at the contact.
     """
 
     name: ClassVar[str] = "rolling_constant_torque"

@@ -21,7 +21,9 @@ class RollingSpringDashpot(ContactEffect):
     Expected behaviour: like the constant torque while rolling, and at rest a couple that holds the grain: kinetic energy
     of a heap falls to round-off, balls stay on slopes below tan⁻¹ μ_r. Limits: for the dashpot
     I = 2/5 m R² of a solid sphere, also where the body is made of several: there m is that of the body and R that of the
-    element that touches, so the share of critical damping is another one than was asked for.
+    element that touches, so the share of critical damping is another one than was asked for. Of a superquadric R is the
+    radius of curvature at the contact, and the share grows with it on flat sides. Grains whose form is simulated need less
+    of this couple, as of any that keeps spheres from rolling.
     """
 
     name: ClassVar[str] = "rolling_spring_dashpot"

@@ -22,7 +22,8 @@ class TwistingResistance(ContactEffect):
     A rigid turn of a pair is no relative spin, and sides that swap see the same Ω: the couple needs no turning.
 
     Expected behaviour: a ball that spins on a plane stops after I ω/(2/3 μ_tw a F_n); heaps and shear hardly change, as a
-    is small beside R. Limits: I of solid spheres, 2/5 m R²; sliding and twisting do not share one budget of friction.
+    is small beside R. Limits: I of solid spheres, 2/5 m R², also where grains are no spheres (there R is that of the
+    curvature at the contact); sliding and twisting do not share one budget of friction.
 
     Coarse graining keeps it in collisions, where a grows with R, not under a weight, where a/R grows as s^(1/3): there
     the largest couple over weight times radius grows by s^(1/3), which a coefficient s^(−1/3) times as large undoes, but

@@ -24,7 +24,7 @@ class WallAdhesion(ContactEffect):
     Expected behaviour: grains hang on walls and on what is lifted out of them, walls seem rougher, the first layer stays;
     away from walls nothing changes, so that a wide apparatus shows it less than a narrow one. Limits: spheres on
     walls flat at their scale; in a corner every wall pulls, and so does every element of a body of several spheres that
-    touches.
+    touches. Of a superquadric R is that of the curvature at the contact, so that its flat sides hold more firmly.
     """
 
     name: ClassVar[str] = "wall_adhesion"

@@ -11,7 +11,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from taichidem.effects import BodyGravity
 from taichidem.errors import InputError, TaichidemError, unknown_name
-from taichidem.procedure import Frame, Grain, Procedure, World, play
+from taichidem.grain import Grain
+from taichidem.procedure import Frame, Procedure, World, play
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Simulation, Snapshot
 from taichidem.units import Length, quantity
@@ -120,10 +121,10 @@ class Experiment:
         return float(np.sqrt(2 * (gravity_of(model) or GRAVITY) * 10 * self.settings.diameter))
 
     def grain(self, model: Model) -> Grain:
-        """Return the grains of the test, in the sizes that the model's set-up effects ask for."""
+        """Return the grains of the test, in the form of the model's and the sizes that its set-up effects ask for."""
         number = model.material_number(self.settings.grain_material or model.materials[0].name)
-        sizes, changes = model.relative_sizes(), model.set_up_effects
-        return Grain(self.settings.diameter / 2, model.materials[number], number, sizes, changes)
+        sizes, changes, shape = model.relative_sizes(), model.set_up_effects, model.grain_shape
+        return Grain(self.settings.diameter / 2, model.materials[number], number, sizes, changes, shape)
 
     def wall_material(self, model: Model) -> str:
         """Return the name of the walls' material."""
@@ -149,8 +150,7 @@ class Experiment:
             walls=self.walls(model),
             room=self.particles_needed(),
             domain=(lower, upper),
-            largest_radius=grain.largest_radius,
-            smallest_radius=grain.smallest_radius,
+            grains_like=grain.sample(),
             grain_materials=(grain.material.name,),
             **options,
         )
@@ -237,17 +237,40 @@ def run_together(
 
     Args:
         experiments: of one type, which may differ in their settings.
-        models: one per experiment, of one composition of effects.
+        models: one per experiment, of one composition of effects; those of another kind of grains run after the others.
         seeds: one per experiment.
         schedule, report, frames: as for `Experiment.run`.
     """
     jobs = [(p, m, seed) for e, m, seed in zip(experiments, models, seeds, strict=True) for p in e.parts()]
-    simulation = Simulation([part.scene(m) for part, m, _ in jobs], schedule)
+    scenes = [part.scene(m) for part, m, _ in jobs]
+    outcomes: dict[int, Outcome] = {}
+    groups = [[k for k, s in enumerate(scenes) if s.kind == kind] for kind in dict.fromkeys(s.kind for s in scenes)]
+    for group in groups:  # one engine knows one kind of grains
+        told = _partly(report, len(outcomes) / len(jobs), len(group) / len(jobs))
+        found = _side_by_side([jobs[k] for k in group], [scenes[k] for k in group], schedule, told, frames)
+        outcomes |= dict(zip(group, found, strict=True))
+    each = iter([outcomes[k] for k in range(len(jobs))])
+    return [e.combine([next(each) for _ in e.parts()]) for e in experiments]
+
+
+def _partly(report: Callable[[float], None] | None, before: float, share: float) -> Callable[[float], None] | None:
+    """Return a report for a part of the work, of which some is done before."""
+    return None if report is None else lambda done: report(before + share * done)
+
+
+def _side_by_side(
+    jobs: Sequence[tuple[Experiment, Model, int]],
+    scenes: Sequence[Scene],
+    schedule: str,
+    report: Callable[[float], None] | None,
+    frames: float | None,
+) -> list[Outcome]:
+    """Run scenes of one kind of grains as worlds of one simulation and measure them."""
+    simulation = Simulation(scenes, schedule)
     worlds = [World(simulation, k, np.random.default_rng(seed)) for k, (_, _, seed) in enumerate(jobs)]
     procedures = [part.procedure(w, m) for w, (part, m, _) in zip(worlds, jobs, strict=True)]
     play(simulation, procedures, worlds, report, frames)
-    each = iter([part._outcome(world, seed) for world, (part, _, seed) in zip(worlds, jobs, strict=True)])
-    return [e.combine([next(each) for _ in e.parts()]) for e in experiments]
+    return [part._outcome(world, seed) for world, (part, _, seed) in zip(worlds, jobs, strict=True)]
 
 
 def _explain(experiment: Experiment, error: ValidationError) -> str:

@@ -42,6 +42,9 @@ class BulkDensity(Experiment):
     """Let grains rain into a cup that is higher than needed, and weigh what lies below the plane of its stated height.
 
     ρ = Σ m clip((H − (z − R))/2R, 0, 1) / (π R_cup² H)
+
+    R is that of the sphere of equal volume: what a grain of another form has below the plane depends on how it lies, which
+    evens out over the many that the plane cuts.
     """
 
     name: ClassVar[str] = "bulk_density"

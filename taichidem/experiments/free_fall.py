@@ -43,7 +43,7 @@ class FreeFallSettings(GranularSettings):
 
 
 class FreeFall(Experiment):
-    """Release one ball and read the height of its lowest point at each time.
+    """Release one ball and read the height of its lowest point at each time; a ball also where the model's grains are none.
 
     Nothing touches the ball, so the step follows its free motion and not the Rayleigh time: ten thousand steps in the fall
     or more, and never farther than a tenth of its radius in one. Velocity Verlet is then exact under constant forces, and
@@ -125,7 +125,7 @@ class FreeFall(Experiment):
             return model
         materials = list(model.materials)
         materials[number] = replace(materials[number], density=s.mass / (np.pi / 6 * s.diameter**3))
-        return Model(materials, model.effects)
+        return replace(model, materials=materials)
 
     def procedure(self, world: World, model: Model) -> Procedure:
         now, last = 0.0, max(self.settings.time)

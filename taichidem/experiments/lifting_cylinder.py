@@ -14,6 +14,7 @@ from taichidem.experiments.base import Experiment, GranularSettings, Observable,
 from taichidem.insertion import CylinderRegion, loose_height, smaller
 from taichidem.procedure import Procedure, World, rain, wait
 from taichidem.scene import Model, Scene
+from taichidem.shapes.outlines import highest_point
 from taichidem.simulation import Snapshot
 from taichidem.units import Duration, Length, Number, Speed, quantity
 from taichidem.walls import Cylinder, Disc, Wall
@@ -105,7 +106,7 @@ class LiftingCylinder(Experiment):
         longest = s.settle_time + self._rain_top() / s.lift_speed + s.rest_time
         yield from wait(world, s.settle_time, longest)
         grains = world.snapshot()
-        lift = float((grains.position[:, 2] + grains.radius).max()) / s.lift_speed
+        lift = highest_point(grains) / s.lift_speed
         total = s.settle_time + lift + s.rest_time
         world.move_wall("tube", velocity=(0.0, 0.0, s.lift_speed))
         yield from wait(world, lift, total)

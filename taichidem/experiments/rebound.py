@@ -31,7 +31,8 @@ class Rebound(Experiment):
     """Shoot one sphere normally at a flat wall without gravity; e = speed back at the start distance / speed there before.
 
     A sphere that isn't back by the time that a rebound at one hundredth of its speed would take sticks: e = 0. Where the
-    model holds grains of several sizes, this one has their nominal size.
+    model holds grains of several sizes, this one has their nominal size; where they are no spheres, it is a ball of their
+    material and volume: how another body comes back depends on how it falls.
     """
 
     name: ClassVar[str] = "rebound"

@@ -31,7 +31,8 @@ class RollingBall(Experiment):
     A grain that nothing resists comes s = v t. A constant rolling couple μ_r R F_n slows it by a = (5/7) μ_r g, so it comes
     v t − a t²/2 and stops after v²/(2 a). Cohesion between grains does not act on a single one, and an attraction by the
     plate acts through its centre; so this test tells rolling resistance from cohesion, which heaps and drums hardly do.
-    Where the model holds grains of several sizes, this one has their nominal size.
+    Where the model holds grains of several sizes, this one has their nominal size; where they are no spheres, it is a ball of
+    their material and volume, so that this test tells rolling resistance from shape. Measure it with such a ball.
     """
 
     name: ClassVar[str] = "rolling_ball"

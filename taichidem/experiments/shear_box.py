@@ -14,6 +14,7 @@ from taichidem.experiments.shear_box_walls import lower_half, upper_half
 from taichidem.insertion import BoxRegion, loose_height, smaller
 from taichidem.procedure import Procedure, World, rain, wait
 from taichidem.scene import Model, Scene
+from taichidem.shapes.outlines import highest_point
 from taichidem.simulation import Snapshot
 from taichidem.units import Duration, Length, Speed, Stresses, quantity
 from taichidem.walls import Plane, Wall
@@ -135,7 +136,7 @@ class ShearBox(Experiment):
         rain(world, self.grain(model), region, s.particles)
         yield from wait(world, s.settle_time, total)
         grains = world.snapshot()
-        gap = self._rain_top() + s.diameter - float((grains.position[:, 2] + grains.radius).max())
+        gap = self._rain_top() + s.diameter - highest_point(grains)
         world.move_wall("lid", velocity=(0.0, 0.0, -gap / LOWERING))
         yield from wait(world, LOWERING, total)
         load = (0.0, 0.0, -s.normal_stresses[0] * self._area)

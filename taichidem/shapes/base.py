@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taichidem.bodies import Bodies
+from taichidem.bodies import Bodies, Kind
 from taichidem.errors import InputError
 
 
@@ -60,6 +60,16 @@ class GrainShape(ABC):
         """Radius of a sphere about the centre of mass that holds the shape [m]."""
         parts = self.elements
         return float((np.linalg.norm(parts.offset, axis=1) + parts.radius).max())
+
+    @property
+    def kind(self) -> Kind:
+        """What bodies of this shape need of an engine."""
+        return self.bodies(np.zeros((1, 3)), 1.0).kind
+
+    @property
+    def round(self) -> bool:
+        """True of spheres alone: no other body has the volume of the smallest sphere about it."""
+        return math.isclose(self.bounding_radius, self.equal_volume_radius, rel_tol=1e-9)
 
     def bodies(
         self,

@@ -48,17 +48,18 @@ class Run:
         return run_key(self.experiment, self.model, self.seed)
 
     @cached_property
-    def group(self) -> tuple[str, frozenset]:
-        """What runs have in common that can share one call of the engine: the experiment and the effects' composition.
+    def group(self) -> tuple[str, frozenset, str]:
+        """What runs have in common that can share one call of the engine: the experiment, the effects' composition, and the
+        kind of the grains.
 
         Tests that differ in a height or a speed share one too, unless their type runs in a way of its own.
         """
-        effects = frozenset(e.composition for e in self.model.effects)
+        effects, kind = frozenset(e.composition for e in self.model.effects), self.model.grain_kind
         if type(self.experiment).run is not Experiment.run:
-            return canonical_json(experiment_as_dict(self.experiment)), effects
+            return canonical_json(experiment_as_dict(self.experiment)), effects, kind
         settings, moved = self.experiment.settings, movable_settings(self.experiment)
         same = {name: getattr(settings, name) for name in type(settings).model_fields if name not in moved}
-        return canonical_json([self.experiment.name, same]), effects
+        return canonical_json([self.experiment.name, same]), effects, kind
 
 
 def run_all(

@@ -15,8 +15,10 @@ from pydantic import BaseModel
 from taichidem.experiments.base import Experiment
 from taichidem.physics_version import PHYSICS_VERSION
 from taichidem.scene import Model
+from taichidem.shapes.base import GrainShape
 from taichidem.study.parameter_key import options_of, pair_name
 
+DECIMALS = 12  # of a shape's numbers
 LARGEST_EXACT = 2**53  # whole numbers up to here are the same as float64
 
 
@@ -66,7 +68,21 @@ def model_as_dict(model: Model) -> dict[str, Any]:
     for effect in model.effects:
         values = {name: _one_if_equal(held, [m.name for m in model.materials]) for name, held in effect.values.items()}
         effects[effect.name] = {"values": values, "options": options_of(effect), **_version(effect)}
-    return canonical({"materials": materials, "effects": effects})
+    shape = {} if model.shape is None else {"shape": shape_as_dict(model.shape)}
+    return canonical({"materials": materials, "effects": effects, **shape})
+
+
+def shape_as_dict(shape: GrainShape) -> dict[str, Any]:
+    """Return what a shape is made of, over the radius of the sphere of equal volume: forms that differ in size are one.
+
+    Numbers are rounded to twelve decimals, since volumes and moments come from functions whose last digits differ between
+    versions of libraries.
+    """
+    own, parts = shape.equal_volume_radius, shape.elements
+    lengths = {"offset": parts.offset, "radius": parts.radius, "axes": parts.axes}
+    found: dict[str, Any] = {name: held / own for name, held in lengths.items() if held is not None}
+    found |= {"inertia": shape.inertia / own**2, "exponents": parts.exponents}
+    return canonical({name: np.round(held, DECIMALS) for name, held in found.items() if held is not None})
 
 
 def _properties(material: Any) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from taichidem import plugins
 from taichidem.effects.base import Effect, Parameter
@@ -46,7 +46,7 @@ class Hypothesis:
         """
         added = self.at(share, model)
         kept = [e for e in model.effects if not e.family or e.family != added.family]
-        return Model(model.materials, [*kept, added])
+        return replace(model, effects=[*kept, added])
 
     def strength(self, share: float, model: Model) -> float:
         """Return the value of the measuring parameter at a share, that of two grains where it is one per pair.

@@ -68,6 +68,9 @@ def _particle(grain: StartingMaterial, diameter: float) -> Iterator[str]:
     yield "[particle]"
     yield 'shape = "sphere"'
     yield _line(f"diameter = {quantity_text(diameter, 'm')}", "measure it: every size below was chosen to fit it")
+    yield "# Grains that are no spheres have the volume of a sphere of that diameter; docs/shapes.md tells how to choose."
+    yield '# shape = "spheroid"'
+    yield _line("# aspect_ratio = 1.5", "length over width; below 1 they are flat")
     yield f'material = "{grain.name}"'
     yield ""
 

@@ -4,34 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from taichidem.materials import Material, property_fault
+from taichidem.shapes.base import GrainShape
 from taichidem.study.problems import Problems
+from taichidem.study.shape_section import KEYS, read_shape
 from taichidem.units import advice
 
-SHAPES = ("sphere",)
 UNITS = {"density": "kg/m^3", "youngs_modulus": "Pa", "poissons_ratio": "1"}
 FITTING = (1000.0, 1e7, 0.3)  # properties of some material, to check a name alone
 
 
 @dataclass(frozen=True)
 class Particle:
-    """The grain of a study: shape, diameter [m] and the name of its material."""
+    """The grain of a study: name of its shape, diameter of the sphere of equal volume [m], name of its material, and its form
+    where it is no sphere."""
 
     shape: str
     diameter: float
     material: str
+    form: GrainShape | None = None
 
 
-def read_particle(document: Mapping[str, Any], materials: Iterable[str], problems: Problems) -> Particle | None:
-    """Return the particle, or None after noting what is wrong."""
+def read_particle(
+    document: Mapping[str, Any], materials: Iterable[str], folder: Path, problems: Problems
+) -> Particle | None:
+    """Return the particle, or None after noting what is wrong; a file that it names is relative to the folder."""
     table = problems.table(document, "particle")
     before = len(problems.found)
-    problems.refuse_others(table, ("shape", "diameter", "material"), "particle", "key")
     shape = table.get("shape", "sphere")
-    if shape not in SHAPES:
-        problems.add("particle.shape", f"particle.shape is {shape!r}; allowed: {', '.join(SHAPES)}.")
+    own = KEYS.get(shape, sum(KEYS.values(), ())) if isinstance(shape, str) else ()
+    problems.refuse_others(table, ("shape", "diameter", "material", *own), "particle", f"key of a {shape}")
+    form = read_shape(table, folder, problems)
     diameter = None
     if "diameter" in table:
         diameter = problems.quantity("particle.diameter", table["diameter"], "m")
@@ -46,7 +52,7 @@ def read_particle(document: Mapping[str, Any], materials: Iterable[str], problem
         problems.unknown("particle.material", "material", str(material), materials)
     if len(problems.found) > before or diameter is None or material is None:
         return None
-    return Particle(shape, diameter, material)
+    return Particle(shape, diameter, material, form)
 
 
 def read_materials(document: Mapping[str, Any], problems: Problems) -> dict[str, Material]:

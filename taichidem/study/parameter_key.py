@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -128,7 +128,7 @@ def with_values(model: Model, values: Mapping[str, Any]) -> Model:
         now = held[key.effect][key.parameter]
         held[key.effect][key.parameter] = number if key.pair is None else _table(now, pairs) | {key.pair: number}
     changed = {key.effect for key in done}
-    return Model(model.materials, [_rebuilt(e, held[e.name]) if e.name in changed else e for e in model.effects])
+    return replace(model, effects=[_rebuilt(e, held[e.name]) if e.name in changed else e for e in model.effects])
 
 
 def value_of(model: Model, key: ParameterKey) -> float:

@@ -13,6 +13,7 @@ from taichidem.errors import InputError, nearest, unknown_name
 from taichidem.experiments.base import Experiment
 from taichidem.materials import Material, MaterialPair
 from taichidem.scene import Model
+from taichidem.shapes.base import GrainShape
 from taichidem.study.calibrate_section import Calibration, check_ends, read_calibrations
 from taichidem.study.effect_section import (
     Given,
@@ -47,7 +48,7 @@ class Study:
         file: its study.toml.
         schema: number of the file's format.
         title: for people.
-        particle: shape, diameter [m] and material of the grains.
+        particle: shape, diameter [m], material and form of the grains.
         materials: by name.
         effects: what the file says of each effect of the model, options and values (SI).
         calibrate: the parameters of effects and settings of experiments that may be re-calibrated.
@@ -139,7 +140,7 @@ def read_study(path: str | Path) -> Study:
         problems.add("title", f"title is {title!r}; give a text.")
     materials = read_materials(document, problems)
     names = list(problems.table(document, "materials"))
-    particle = read_particle(document, names, problems)
+    particle = read_particle(document, names, file.parent, problems)
     experiments = read_experiments(document, particle, names, problems)
     grain = problems.table(document, "particle").get("material")
     pairs = touching(likely_grain(grain, names), experiments, names) if names else []
@@ -150,7 +151,7 @@ def read_study(path: str | Path) -> Study:
     calibrate = read_calibrations(document, effects, pairs if grain in names else all_pairs(names), tests, problems)
     model = None
     if particle is not None and not problems.concern("materials", "contacts", "effects"):
-        model = _build_model(in_order(materials, particle.material), given, effects, pairs, problems)
+        model = _build_model(in_order(materials, particle.material), given, effects, pairs, particle.form, problems)
     if model is not None:
         check_scenes(experiments, model, problems)
         check_ends(calibrate, tests, model, problems)
@@ -201,6 +202,7 @@ def _build_model(
     given: Mapping[str, Given],
     effects: Mapping[str, Any],
     pairs: Collection[str],
+    form: GrainShape | None,
     problems: Problems,
 ) -> Model | None:
     """Return the model, or None after noting what its effects refuse."""
@@ -210,5 +212,5 @@ def _build_model(
     if problems.concern("effects", "contacts"):
         return None
     with problems.catching("effects"):
-        return Model(materials, built)
+        return Model(materials, built, form)
     return None

@@ -63,6 +63,8 @@ def write_study(
     _free(document, added, free)
     _save(target, tomlkit.dumps(document))
     _copy_measurements(study, target)
+    if "file" in document["particle"]:  # type: ignore[operator]
+        _copy(study, target, str(document["particle"]["file"]))  # type: ignore[index]
     return read_study(target)
 
 
@@ -88,11 +90,16 @@ def _copy_measurements(study: Study, target: Path) -> None:
     measured = read_measurements(study)
     for cell in measured[PHOTOGRAPH] if PHOTOGRAPH in measured else ():
         for name in filter(None, (part.strip() for part in str(cell or "").split(";"))):
-            source, copy = study.path / name, target / name
-            shared = copy.exists() and copy.samefile(source)  # "../heap.png" beside both folders
-            if not Path(name).is_absolute() and source.is_file() and not shared:
-                copy.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(source, copy)
+            _copy(study, target, name)
+
+
+def _copy(study: Study, target: Path, name: str) -> None:
+    """Copy a file that the study names, where it lies beside it."""
+    source, copy = study.path / name, target / name
+    shared = copy.exists() and copy.samefile(source)  # "../heap.png" beside both folders
+    if not Path(name).is_absolute() and source.is_file() and not shared:
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, copy)
 
 
 def _number(value: float) -> float:

@@ -5,10 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from taichidem.bodies import Bodies
 from taichidem.effects.base import BodyEffect, ContactEffect, SetupEffect, Stage
 from taichidem.errors import CompositionError, InputError
 from taichidem.materials import Material, MaterialPair
 from taichidem.scene import Model
+from taichidem.shapes import Superquadric
+from tests.clump import Row
 from tests.conformance.registered import BODY, CONTACT, EVERY, SETUP, named
 from tests.effect_bench import PAIR, RADIUS, SOFT, beneath, body_bench, middle
 
@@ -86,8 +89,24 @@ def test_set_up_effects_vanish(kind):
     field = np.array([0.0, 0.0, -9.81])
     assert np.array_equal(none.gravity(field), field)
     assert none.relative_sizes() == (1.0,)
+    assert none.grain_shape() is None
+    bodies = Bodies.spheres(np.zeros((2, 3)), [0.1, 0.2], 1.0)
+    assert none.grains(bodies) is bodies
     effect = middle(kind)
-    assert not np.allclose(effect.gravity(field), field) or effect.relative_sizes() != (1.0,)
+    acts = [not np.allclose(effect.gravity(field), field), effect.relative_sizes() != (1.0,)]
+    assert any([*acts, effect.grain_shape() is not None, effect.grains(bodies) is not bodies])
+
+
+@named(EVERY)
+def test_the_kinds_of_grains_it_acts_on_are_declared(kind):
+    known = ("sphere", "multisphere", "superquadric")
+    assert "sphere" in kind.shapes
+    assert set(kind.shapes) <= set(known)
+    assert bool(kind.shapes_reason) == (kind.shapes != known)
+    for shape in (Row(2), Superquadric.spheroid(1.5)):
+        if shape.kind not in kind.shapes:
+            with pytest.raises(CompositionError, match=rf"{kind.name!r} can't act .* {shape.kind!r}, since .*leave"):
+                Model([SOFT], [*beneath(middle(kind)), middle(kind)], shape)
 
 
 @named(EVERY)

@@ -25,6 +25,7 @@ BENDS = {
     "cohesion_area.energy_density": (5e4, (3.0, 6.0, -2.0, 1.0, 9.0, -6.0, 0.0)),
     "size_spread.half_width": (0.35, (0.0, 8.0, 1.0, 0.0, 1.0, 6.0, 0.0)),
     "base_tilt.angle": (3.0, (-9.0, 0.0, 0.0, 7.0, 0.0, 0.0, 0.0)),
+    "elongation.aspect_ratio": (0.5, (4.0, 4.0, 5.0, -5.0, 0.0, 3.0, 4.0)),
 }
 SCATTER = 0.3
 TESTS = tuple(f"test_{k}" for k in range(7))
@@ -83,6 +84,8 @@ def _value(model, parameter, pair, grain):
     held = effect.values[name]
     if isinstance(held, dict):
         return held[pair or f"{grain}-{grain}"]
+    if not pair:
+        held -= next(p.vanishing for p in effect.parameters if p.name == name)
     lean = effect.values.get("azimuth", 0.0)
     return -held if lean == 180.0 else held
 

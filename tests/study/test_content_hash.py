@@ -11,9 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from taichidem.effects import BodyGravity, NormalHertz, RollingConstantTorque, TangentialMindlin
+from taichidem.effects import BodyGravity, Elongation, NormalHertz, RollingConstantTorque, TangentialMindlin
 from taichidem.materials import Material
 from taichidem.scene import Model
+from taichidem.shapes import Superquadric
 from taichidem.study import Run, content_hash
 from taichidem.study.content_hash import canonical_json, run_key
 from tests.study.fakes import OtherNormal, Quick
@@ -91,6 +92,9 @@ CHANGES = {
         Model(model().materials, [OtherNormal(restitution=0.5), *model().effects[1:]])
     ),
     "order of materials": lambda: key(Model(model().materials[::-1], model().effects)),
+    "form of the grains": lambda: key(replace(model(), shape=Superquadric.spheroid(1.5))),
+    "another form": lambda: key(replace(model(), shape=Superquadric.spheroid(1.6))),
+    "form by an effect": lambda: key(Model(model().materials, [*model().effects, Elongation(aspect_ratio=1.5)])),
     "setting": lambda: key(width=0.051),
     "setting with a default": lambda: key(diameter=0.0041),
     "text of a setting": lambda: key(wall_material="wall"),

@@ -28,7 +28,7 @@ def value(model, name, first, second):
 
 def test_a_study_says_what_its_file_says(study, tmp_path):
     assert (study.path, study.file, study.title, study.schema) == (tmp_path, tmp_path / "study.toml", "A study", 1)
-    assert dataclasses.astuple(study.particle) == ("sphere", 0.006, "granule")
+    assert dataclasses.astuple(study.particle) == ("sphere", 0.006, "granule", None)
     assert study.materials["wall"].density == pytest.approx(7800)
     assert study.materials["granule"].youngs_modulus == 5e6
     assert study.materials["granule"].poissons_ratio == 0.36
