@@ -68,9 +68,7 @@ GENERAL = (
     ),
     GeneralRule("density", "kg/m^3", 0, "density", lambda m, r, o, o1: m.density),
     GeneralRule("mass m", "kg", 3, "density", lambda m, r, o, o1: _mass(m, r)),
-    GeneralRule(
-        "moment of inertia 2/5 m R²", "kg m^2", 5, "density", lambda m, r, o, o1: 0.4 * _mass(m, r) * r**2
-    ),
+    GeneralRule("moment of inertia 2/5 m R²", "kg m^2", 5, "density", lambda m, r, o, o1: 0.4 * _mass(m, r) * r**2),
     GeneralRule("Young's modulus", "Pa", 0, "modulus", lambda m, r, o, o1: m.youngs_modulus),
     GeneralRule(
         "Hertz coefficient 4/3 E* √R*",
@@ -93,12 +91,8 @@ GENERAL = (
         "energy density",
         lambda m, r, o, o1: _energy_density(m, r, o),
     ),
-    GeneralRule(
-        "dashpot 2 √(5/6) √(S_n m*), δ ∝ s", "kg/s", 2, "restitution", lambda m, r, o, o1: _dashpot(m, r, o)
-    ),
-    GeneralRule(
-        "the same at equal overlap", "kg/s", 1.75, "restitution", lambda m, r, o, o1: _dashpot(m, r, o1)
-    ),
+    GeneralRule("dashpot 2 √(5/6) √(S_n m*), δ ∝ s", "kg/s", 2, "restitution", lambda m, r, o, o1: _dashpot(m, r, o)),
+    GeneralRule("the same at equal overlap", "kg/s", 1.75, "restitution", lambda m, r, o, o1: _dashpot(m, r, o1)),
     GeneralRule(
         "time step", "s", 1, "share of the Rayleigh time", lambda m, r, o, o1: SAFE_STEP * rayleigh_time_step(r, m)
     ),
