@@ -13,7 +13,7 @@ from scipy.stats import t as student
 
 from taichidem.experiments.base import Experiment
 
-NUMERICAL = 1e-3  # standard uncertainty of any result as a share of it, for the time step
+NUMERICAL = 5e-3  # standard uncertainty of any result as a share of it: time step, start of the motion
 UNTOLD = math.nan
 COLUMNS = (
     "experiment observable unit factor grains n mean u shift u_shift z limit moved wall_time time_ratio mass_kept"
@@ -29,7 +29,7 @@ def rows_of(
 ) -> pd.DataFrame:
     """Return a row per experiment, observable and factor.
 
-    u² = s²/n + (0.001 mean)² from the scatter s over n seeds and the time step; z = shift/u(shift); what moved has |z| above
+    u² = s²/n + (0.005 mean)² from the scatter s over n seeds and the numerics; z = shift/u(shift); what moved has |z| above
     the quantile of Student's t that covers as much as ± coverage does of the normal distribution, with the degrees of
     freedom of Welch and Satterthwaite.
 
