@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -34,12 +35,9 @@ def chart(result: CoarseGrainingCheck) -> Figure:
         axes.set_title(wrapped(f"{experiment}: {observable}", 38, 2), fontsize=9.5, loc="left", color=INK)
     for axes in panels[len(groups) :]:
         axes.set_axis_off()
-    figure.supxlabel(
-        f"factor s of coarse graining   ·   bars and band: {result.coverage:g} u   ·   red diamonds: moved, blue: not, "
-        "grey: can't be told",
-        fontsize=9,
-        color=FAINT,
-    )
+    colours = "red diamonds: moved, blue: not, grey: can't be told"
+    key = f"factor s of coarse graining; bars and band: {result.coverage:g} u; {colours}"
+    figure.supxlabel(textwrap.fill(key, 45 * columns), fontsize=9, color=FAINT)
     return figure
 
 

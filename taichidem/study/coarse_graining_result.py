@@ -58,7 +58,7 @@ class CoarseGrainingCheck(ResultFile):
 
 def words(table: pd.DataFrame, factors: tuple[float, ...], coverage: float, failures: int) -> str:
     """Return what a table says as one paragraph."""
-    first, others = factors[0], ", ".join(f"{s:g}" for s in factors[1:])
+    first, others = factors[0], " and ".join(f"{s:g}" for s in factors[1:])
     judged = table[(table["factor"] > first) & table["moved"].notna()]
     if judged.empty:
         return (
@@ -68,9 +68,7 @@ def words(table: pd.DataFrame, factors: tuple[float, ...], coverage: float, fail
     moved = judged[judged["moved"] == True]  # noqa: E712
     names = judged.groupby(["experiment", "observable"], sort=False).ngroups
     still = names - moved.groupby(["experiment", "observable"], sort=False).ngroups
-    parts = [
-        f"Compared with s = {first:g}, at s = {others} {still} of {names} observables stayed within their uncertainty."
-    ]
+    parts = [f"From s = {first:g} to {others}, {still} of {names} observables stayed within their uncertainty."]
     if len(moved):
         parts.append(f"Moved: {'; '.join(_moves(moved))}.")
     by_chance = len(judged) * math.erfc(coverage / math.sqrt(2))
@@ -79,7 +77,7 @@ def words(table: pd.DataFrame, factors: tuple[float, ...], coverage: float, fail
         f"Student's t with few seeds); of {len(judged)} comparisons {by_chance:.1f} would be by chance alone."
     )
     if failures:
-        parts.append(f"{failures} could not be set up or failed.")
+        parts.append(f"{failures} set-ups or runs failed; they are listed with their reasons.")
     parts += _times(judged)
     return " ".join(parts)
 
@@ -95,6 +93,7 @@ def _moves(moved: pd.DataFrame) -> list[str]:
         told.append(
             f"{observable} of {experiment} by {row['shift']:+.3g} ± {row['u_shift']:.2g}{unit} at s = {row['factor']:g}{share}"
         )
+    told = [text.replace(" -", " −") for text in told]
     return told[:MOST_NAMED] + ([f"and {len(told) - MOST_NAMED} more"] if len(told) > MOST_NAMED else [])
 
 

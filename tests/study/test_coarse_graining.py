@@ -183,7 +183,7 @@ def test_a_factor_that_does_not_fit_is_a_row_of_failures(folder):
     assert "factor of 4: width is 0.03 m, less than three grains" in refused["reason"]
     assert rows(result, "tight", "still")["factor"].tolist() == [1, 2]
     assert rows(result, "heap", "still")["factor"].tolist() == [1, 2, 4]
-    assert "1 could not be set up or failed" in result.text
+    assert "1 set-ups or runs failed" in result.text
 
 
 def test_failed_runs_are_told_and_nothing_is_claimed_of_them():
