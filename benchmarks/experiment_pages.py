@@ -18,8 +18,8 @@ HEAD = """# The experiments
 
 Written by `python -m benchmarks.experiment_pages` from what the experiments declare. Lengths, times and so on may be
 given as numbers in the unit of the table or as texts such as `"6 mm"`, `"20 rpm"`, `"1 kPa, 2 kPa"`. Every test with grains
-takes part in set-up effects: `size_spread` and `elongation` change its grains, `base_tilt` its gravity. Grains of another form have
-the volume of a sphere of `diameter`: [shapes.md](shapes.md).
+takes part in set-up effects: `size_spread` and `elongation` change its grains, `base_tilt` its gravity. Grains of another
+form have the volume of a sphere of `diameter`: [shapes.md](shapes.md).
 
 ```
 taichidem simulate rotating_drum --set speed='20 rpm' --seeds 1,2 --picture drum.png --movie drum.gif

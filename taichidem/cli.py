@@ -15,7 +15,17 @@ from rich.table import Table
 
 from analysis.errors import AnalysisError
 from designs.errors import DesignError
-from taichidem import __version__, cli_compare, cli_demo, cli_designs, cli_diagnose, cli_init, cli_report, cli_simulate
+from taichidem import (
+    __version__,
+    cli_coarse_grain,
+    cli_compare,
+    cli_demo,
+    cli_designs,
+    cli_diagnose,
+    cli_init,
+    cli_report,
+    cli_simulate,
+)
 from taichidem.errors import TaichidemError
 
 app = typer.Typer(
@@ -29,6 +39,7 @@ cli_demo.register(app)
 cli_init.register(app)
 cli_simulate.register(app)
 cli_compare.register(app)
+cli_coarse_grain.register(app)
 cli_designs.register(app)
 cli_diagnose.register(app)
 cli_report.register(app)

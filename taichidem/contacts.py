@@ -1,5 +1,7 @@
 """Find out which listed pairs touch, and turn each contact into forces by the law."""
 
+from typing import Any
+
 import taichi as ti
 
 from taichidem.contact import Body, Contact, Holding, Wrench, applied, vec3
@@ -18,7 +20,7 @@ class Contacts(OnTables):
 
     def __init__(self, state, law, shape, wall_motion) -> None:
         super().__init__(state)
-        self.pushes = None if self.single else Pushes(state)
+        self.pushes: Any = None if self.single else Pushes(state)
         self.wall_motion = wall_motion
         self.law = law
         self.shape = shape

@@ -9,6 +9,7 @@ idle half and then changes sides, so nothing is copied back and the old lists st
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import taichi as ti
 
@@ -222,9 +223,8 @@ _CORNER_EDGE = {"along": vec3}
 class State:
     """All tables but those of the effects.
 
-    `kind` says what bodies are (spheres and superquadrics are one element, multispheres many),
-    `carries` that bodies hold an amount that contacts
-    exchange, `gathering` that reactions are left in a table of their own.
+    `kind` says what bodies are (spheres and superquadrics are one element, multispheres many), `carries` that bodies hold an
+    amount that contacts exchange, `gathering` that reactions are left in a table of their own.
     """
 
     def __init__(
@@ -249,7 +249,7 @@ class State:
         if single:
             self.bodies, self.loads, self.elements = arena.tables(2 * sizes.bodies, _BODY, _LOAD, _ELEMENT)
             self.owned = None
-            shaped = [None, None] if self.round else arena.tables(2 * sizes.bodies, _ROTOR, _FORM)
+            shaped: Any = [None, None] if self.round else arena.tables(2 * sizes.bodies, _ROTOR, _FORM)
             self.rotors, self.forms = shaped
         else:
             self.forms = None
@@ -259,10 +259,10 @@ class State:
         more = {"superquadric": [_AXIS], "multisphere": [_PAIR_OF]}.get(kind, [])
         self.slots, *rest = arena.tables(2 * sizes.slots, _SLOT, *more, *memories)
         self.axes = rest[0] if kind == "superquadric" else None
-        self.pair_of = None if single else rest[0]
+        self.pair_of: Any = None if single else rest[0]
         self.past = rest[len(more) :]
-        self.pairs = None if single else arena.table(2 * sizes.slots, _PAIR)
-        self.pushes = None if single else arena.table(4 * sizes.slots, _PUSH)
+        self.pairs: Any = None if single else arena.table(2 * sizes.slots, _PAIR)
+        self.pushes: Any = None if single else arena.table(4 * sizes.slots, _PUSH)
         if gathering:  # the schedule over particles leaves reactions per slot and gathers them per partner
             self.reactions = arena.table(2 * sizes.slots, _REACTION if single else _REACTION | _OWN_PUSH)
             self.incoming = arena.table(2 * sizes.slots, {"slot": ti.i32})

@@ -86,9 +86,13 @@ def _read(text: str, unit: str) -> float:
     return float(f"{in_si:.15g}")
 
 
-def quantity(unit: str, meaning: str, default: Any = ..., **bounds: float) -> Any:
-    """Return a pydantic field for a quantity: its unit, what it means, bounds such as `gt=0`."""
-    extra = {"unit": unit}
+def quantity(unit: str, meaning: str, default: Any = ..., *, coarse_graining: float = 0.0, **bounds: float) -> Any:
+    """Return a pydantic field for a quantity: its unit, what it means, bounds such as `gt=0`.
+
+    Args:
+        coarse_graining: exponent k of q′ = s^k q for grains s times as large; 0 for what belongs to the apparatus and stays.
+    """
+    extra: dict[str, Any] = {"unit": unit, "coarse_graining": coarse_graining}
     return Field(default, description=meaning, json_schema_extra=extra, validate_default=True, **bounds)  # type: ignore[call-overload, arg-type]
 
 

@@ -28,7 +28,7 @@ class Settings(BaseModel):
 class GranularSettings(Settings):
     """What every test with grains lets one choose: their size, and which materials of the model are used."""
 
-    diameter: Length = quantity("m", "Diameter of the grains.", 0.006, gt=0)
+    diameter: Length = quantity("m", "Diameter of the grains.", 0.006, coarse_graining=1, gt=0)
     grain_material: str = quantity("1", "Name of the grains' material; the model's first where empty.", "")
     wall_material: str = quantity("1", "Name of the walls' material; the model's last where empty.", "")
 

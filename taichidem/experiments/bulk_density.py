@@ -23,9 +23,9 @@ class BulkDensitySettings(GranularSettings):
 
     cup_radius: Length = quantity("m", "Inner radius of the cup.", 0.036, gt=0)
     cup_height: Length = quantity("m", "Height at which the cup is struck off.", 0.048, gt=0)
-    particles: int = quantity("1", "Grains in all.", 1184, ge=1)
+    particles: int = quantity("1", "Grains in all.", 1184, coarse_graining=-3, ge=1)
     rain_top: Length | None = quantity(
-        "m", "Height up to which the grains rain; 29 diameters where not given.", None, gt=0
+        "m", "Height up to which the grains rain; 29 diameters where not given.", None, coarse_graining=1, gt=0
     )
     settle_time: Duration = quantity("s", "Time to settle.", 1.2, gt=0)
 

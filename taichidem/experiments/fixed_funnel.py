@@ -29,10 +29,10 @@ class FixedFunnelSettings(GranularSettings):
     )
     stream_bottom: Length = quantity("m", "Lower end of that cylinder.", 0.096, gt=0)
     stream_top: Length = quantity("m", "Upper end of that cylinder.", 0.18, gt=0)
-    stream_rate: PerSecond = quantity("1/s", "Grains per second.", 400.0, gt=0)
+    stream_rate: PerSecond = quantity("1/s", "Grains per second.", 400.0, coarse_graining=-3, gt=0)
     batch_interval: Duration = quantity("s", "Time between batches.", 0.06, gt=0)
     drop_velocity: Speed = quantity("m/s", "Downward speed at which grains appear.", 0.5, ge=0)
-    particles: int = quantity("1", "Grains poured in all.", 900, ge=1)
+    particles: int = quantity("1", "Grains poured in all.", 900, coarse_graining=-3, ge=1)
     settle_time: Duration = quantity("s", "Time to settle after the last grain.", 1.3, gt=0)
     longest_settle_time: Duration | None = quantity(
         "s",

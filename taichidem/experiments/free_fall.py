@@ -27,7 +27,9 @@ SAME_TIME = 1e-9  # relative, the rounding of decimal numbers and units
 class FreeFallSettings(GranularSettings):
     """A grain of 6 mm that falls for a second from 10 m by default."""
 
-    mass: Mass | None = quantity("kg", "Mass of the ball; by the density of its material where not given.", None, gt=0)
+    mass: Mass | None = quantity(
+        "kg", "Mass of the ball; by the density of its material where not given.", None, coarse_graining=3, gt=0
+    )
     release_height: Length = quantity("m", "Height of the ball's lowest point at release.", 10.0)
     release_speed: Speed = quantity("m/s", "Downward speed at release; negative for a throw upwards.", 0.0)
     time: Durations = quantity("s", "When its height is measured, one time or several, from release.", (1.0,))

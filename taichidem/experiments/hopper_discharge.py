@@ -29,9 +29,13 @@ class HopperDischargeSettings(GranularSettings):
     outlet_diameter: Length = quantity("m", "Diameter of the outlet.", 0.036, gt=0)
     bin_radius: Length = quantity("m", "Radius of the cylinder above the cone.", 0.048, gt=0)
     half_angle: Angle = quantity("deg", "Angle of the cone to the vertical.", 30.0, gt=0, lt=90)
-    particles: int = quantity("1", "Grains in all.", 1000, ge=1)
+    particles: int = quantity("1", "Grains in all.", 1000, coarse_graining=-3, ge=1)
     rain_height: Length | None = quantity(
-        "m", "Height above the cone up to which the grains rain; 19 diameters where not given.", None, gt=0
+        "m",
+        "Height above the cone up to which the grains rain; 19 diameters where not given.",
+        None,
+        coarse_graining=1,
+        gt=0,
     )
     settle_time: Duration = quantity("s", "Time to settle on the closed outlet.", 0.9, gt=0)
     flow_time: Duration = quantity("s", "Time for which the outlet is open.", 3.0, gt=0)

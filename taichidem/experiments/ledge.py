@@ -27,9 +27,9 @@ class LedgeSettings(GranularSettings):
 
     length: Length = quantity("m", "Inner length of the box, from the back wall to the front wall.", 0.12, gt=0)
     width: Length = quantity("m", "Inner width of the box.", 0.036, gt=0)
-    particles: int = quantity("1", "Grains in all.", 800, ge=1)
+    particles: int = quantity("1", "Grains in all.", 800, coarse_graining=-3, ge=1)
     rain_top: Length | None = quantity(
-        "m", "Height up to which the grains rain; 47 diameters where not given.", None, gt=0
+        "m", "Height up to which the grains rain; 47 diameters where not given.", None, coarse_graining=1, gt=0
     )
     settle_time: Duration = quantity("s", "Time to settle behind the front wall.", 1.0, gt=0)
     flow_time: Duration = quantity("s", "Time to flow after the front wall is taken away.", 2.0, gt=0)

@@ -31,7 +31,7 @@ class LiftingCylinderSettings(GranularSettings):
     rim_height: Length = quantity(
         "m", "Height of the plate's rim, which keeps the lowest layer from rolling away; 0 for none.", 0.006, ge=0
     )
-    particles: int = quantity("1", "Grains in all.", 600, ge=50)
+    particles: int = quantity("1", "Grains in all.", 600, coarse_graining=-3, ge=50)
     settle_time: Duration = quantity("s", "Time to settle in the tube.", 0.7, gt=0)
     lift_speed: Speed = quantity(
         "m/s", "Speed at which the tube is lifted, until it is clear of the grains.", 0.05, gt=0

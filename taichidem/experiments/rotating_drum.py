@@ -32,7 +32,7 @@ class RotatingDrumSettings(GranularSettings):
     radius: Length = quantity("m", "Inner radius of the drum.", 0.072, gt=0)
     length: Length = quantity("m", "Inner length of the drum.", 0.036, gt=0)
     speed: AngularSpeed = quantity("rad/s", "Angular speed, such as '6 rpm'.", 2 * math.pi / 10, gt=0)
-    particles: int = quantity("1", "Grains in all.", 671, ge=1)
+    particles: int = quantity("1", "Grains in all.", 671, coarse_graining=-3, ge=1)
     settle_time: Duration = quantity("s", "Time to settle before the drum turns.", 0.6, gt=0)
     spin_up_time: Duration = quantity("s", "Time of turning before the first frame.", 1.5, ge=0)
     averaging_time: Duration = quantity("s", "Time over which frames are taken, one every 0.05 s.", 2.0, ge=0.05)

@@ -40,7 +40,7 @@ class ShearBoxSettings(GranularSettings):
     length: Length = quantity("m", "Inner length of the box, in which it is sheared.", 0.06, gt=0)
     width: Length = quantity("m", "Inner width of the box.", 0.06, gt=0)
     lower_height: Length = quantity("m", "Height of the lower half, whose rim is the shear plane.", 0.024, gt=0)
-    particles: int = quantity("1", "Grains in all.", 900, ge=1)
+    particles: int = quantity("1", "Grains in all.", 900, coarse_graining=-3, ge=1)
     normal_stresses: Stresses = quantity(
         "Pa", "Load on the lid over its area, one or several.", (1000.0, 2000.0, 4000.0)
     )

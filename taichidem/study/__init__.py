@@ -4,6 +4,9 @@ from taichidem.study.addition import Addition
 from taichidem.study.addition_run import add
 from taichidem.study.calibrate_section import Calibration
 from taichidem.study.campaign import Run, run_all, simulate
+from taichidem.study.coarse_graining_check import check_coarse_graining, check_study
+from taichidem.study.coarse_graining_result import CoarseGrainingCheck
+from taichidem.study.coarse_graining_writer import write_coarse_grained
 from taichidem.study.comparison import Comparison
 from taichidem.study.comparison_rows import comparison_rows, measured_parameters
 from taichidem.study.comparison_run import check_measured, compare
@@ -24,6 +27,7 @@ from taichidem.study.summary import summarise
 __all__ = [
     "Addition",
     "Calibration",
+    "CoarseGrainingCheck",
     "Comparison",
     "Diagnosis",
     "Discovery",
@@ -36,7 +40,9 @@ __all__ = [
     "Study",
     "StudyPoint",
     "add",
+    "check_coarse_graining",
     "check_measured",
+    "check_study",
     "compare",
     "comparison_rows",
     "diagnose",
@@ -49,5 +55,6 @@ __all__ = [
     "simulate",
     "summarise",
     "with_values",
+    "write_coarse_grained",
     "write_report",
 ]

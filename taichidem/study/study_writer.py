@@ -61,10 +61,8 @@ def write_study(
         _set(document, study, key, value)
     _put_in(document, study, added)
     _free(document, added, free)
-    _save(target, tomlkit.dumps(document))
-    _copy_measurements(study, target)
-    if "file" in document["particle"]:  # type: ignore[operator]
-        _copy(study, target, str(document["particle"]["file"]))  # type: ignore[index]
+    save_study(target, tomlkit.dumps(document))
+    copy_measurements(study, target)
     return read_study(target)
 
 
@@ -80,12 +78,17 @@ def check_new(folder: str | Path) -> Path:
     return target
 
 
-def _save(target: Path, text: str) -> None:
+def save_study(target: Path, text: str) -> None:
+    """Write a study file into a folder that holds none."""
     writable(check_new(target))
     (target / FILE).write_text(text, encoding="utf-8")
 
 
-def _copy_measurements(study: Study, target: Path) -> None:
+def copy_measurements(study: Study, target: Path) -> None:
+    """Copy the measurements of a study, the photographs that they name, and the file of the grains' form."""
+    form = tomlkit.parse(study.file.read_text(encoding="utf-8-sig")).get("particle", {}).get("file")
+    if form is not None:
+        _copy(study, target, str(form))
     shutil.copyfile(study.path / MEASUREMENTS, target / MEASUREMENTS)
     measured = read_measurements(study)
     for cell in measured[PHOTOGRAPH] if PHOTOGRAPH in measured else ():
@@ -115,9 +118,9 @@ def _set(document: TOMLDocument, study: Study, key: str, value: float) -> None:
         unit = unit_of_setting(study.experiment(name), setting)
         document["experiments"][name][setting] = number if unit == "1" else f"{number!r} {unit}"  # type: ignore[index]
         return
-    _forget(document, study, entry.names)
+    forget(document, study, entry.names)
     if entry.names.pair is None:
-        _effect_table(document, entry.names.effect)[entry.names.parameter] = number
+        effect_table(document, entry.names.effect)[entry.names.parameter] = number
         return
     section, text = _contact(document, entry.names.pair), _contact_key(study, entry.names)
     section[text] = number
@@ -136,14 +139,15 @@ def _contact(document: TOMLDocument, pair: str) -> Any:
     return contacts[name or pair]
 
 
-def _effect_table(document: TOMLDocument, name: str) -> Any:
+def effect_table(document: TOMLDocument, name: str) -> Any:
+    """Return the section of an effect, made where there is none."""
     effects = document.setdefault("effects", tomlkit.table(is_super_table=True))
     if name not in effects:
         effects[name] = tomlkit.table()
     return effects[name]
 
 
-def _forget(document: TOMLDocument, study: Study, key: ParameterKey) -> None:
+def forget(document: TOMLDocument, study: Study, key: ParameterKey) -> None:
     """Remove every place where the file sets this number; of a number for all pairs, the values of single pairs."""
     texts = {_contact_key(study, key), key.name}
     for pair, section in document.get("contacts", {}).items():
@@ -176,7 +180,7 @@ def _put_in(document: TOMLDocument, study: Study, added: Effect) -> None:
     present = {e.name: e for e in study.model().effects}
     for name in [n for n, e in present.items() if added.family and e.family == added.family]:
         _take_out(document, study, present[name], {p.name for p in added.parameters})
-    table = _effect_table(document, added.name)
+    table = effect_table(document, added.name)
     table.comment("added because the measurements ask for it")
     for name, value in {**added.options, **added.values}.items():
         default = next((p.default for p in added.parameters if p.name == name), None)
