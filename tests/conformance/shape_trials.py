@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from taichidem.bodies import Bodies, Kind
-from taichidem.effects.base import BodyEffect, ContactEffect, Effect
+from taichidem.effects.base import BodyEffect, ContactEffect, Effect, Stage
 from taichidem.effects.law import check_composition
 from taichidem.errors import CompositionError
 from taichidem.shapes import Multisphere, Superquadric
@@ -176,8 +176,7 @@ def simulated(chosen: tuple[EffectKind, ...], shape: Kind, worlds: list[World], 
     starts = [simulation.snapshot(k) for k in range(len(worlds))]
     simulation.run([DURATION[world.place] for world in worlds])
     simulation.check()
-    ends = [simulation.snapshot(k) for k in range(len(worlds))]
-    return {world: Outcome(*rest) for world, *rest in zip(worlds, bodies, starts, ends, strict=True)}
+    return {world: Outcome(bodies[k], starts[k], simulation.snapshot(k)) for k, world in enumerate(worlds)}
 
 
 @functools.cache
@@ -200,6 +199,16 @@ class Trial:
     @property
     def is_body_effect(self) -> bool:
         return issubclass(self.kind, BodyEffect)
+
+    @property
+    def attracts(self) -> bool:
+        """True if the effect may draw grains together, so that they gain energy of motion."""
+        return issubclass(self.kind, ContactEffect) and self.kind.stage == Stage.ADHESION
+
+    @property
+    def carries(self) -> bool:
+        """True if grains carry an amount that the effect exchanges."""
+        return issubclass(self.kind, ContactEffect) and bool(self.kind.carries)
 
     def outcome(self, place: str, *, shape: Kind | None = None, acting: bool = True) -> Outcome:
         """Return what became of a world with the effect or without it, on its shape or on another."""

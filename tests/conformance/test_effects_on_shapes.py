@@ -7,7 +7,6 @@ import re
 import numpy as np
 import pytest
 
-from taichidem.effects.base import ContactEffect, Stage
 from taichidem.errors import CompositionError
 from taichidem.scene import Model
 from tests.apparatus import SOFT, scene
@@ -35,7 +34,7 @@ def on_shapes(trials):
     return pytest.mark.parametrize("trial", trials, ids=lambda t: f"{t.kind.name}-{t.shape}")
 
 
-IN_CONTACT = [t for t in TRIALS if issubclass(t.kind, ContactEffect)]
+IN_CONTACT = [t for t in TRIALS if not t.is_body_effect]
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -83,13 +82,13 @@ def test_momenta_are_conserved(trial):
     assert np.abs(world.end.velocity - world.start.velocity).max() > 0.3
     for one, two, scale in zip(before, after, scales, strict=True):
         assert two == pytest.approx(one, rel=0, abs=1e-10 * scale)
-    if trial.kind.carries:
+    if trial.carries:
         assert not np.any(world.end.force)
         assert np.any(world.end.carried != world.start.carried)
         assert world.end.carried.sum() == pytest.approx(world.start.carried.sum(), rel=1e-10)
 
 
-@on_shapes([t for t in IN_CONTACT if t.kind.stage != Stage.ADHESION])
+@on_shapes([t for t in IN_CONTACT if not t.attracts])
 @pytest.mark.parametrize("place", ["free", "floor"])
 def test_the_energy_of_motion_does_not_grow(trial, place):
     """Of grains without weight that don't attract each other."""
