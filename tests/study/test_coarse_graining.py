@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -23,6 +24,7 @@ from taichidem.materials import Material
 from taichidem.model import Model
 from taichidem.scene import Scene
 from taichidem.study import RunStore, check_coarse_graining, check_study, read_study, write_coarse_grained
+from taichidem.study.coarse_graining_check import study_plan
 from taichidem.study.coarse_graining_rows import limit, shift
 from taichidem.study.content_hash import experiment_as_dict, model_as_dict
 from taichidem.units import Length, PerSecond, quantity
@@ -342,3 +344,12 @@ def test_writing_refuses_what_does_not_fit_before_it_writes(folder, tmp_path, co
     code, _, err = command("coarse-grain", folder, "--factor", "2", "--write", tmp_path / "coarse")
     assert code == 2
     assert "holds a study already" in err
+
+
+def test_the_example_holds_grains_of_four_times_the_size():
+    study = read_study(Path(__file__).parents[2] / "examples" / "coarse_graining")
+    plan = study_plan(study, (1, 2, 4), (1, 2), None)
+    assert not plan.refused
+    assert {name for name, _ in plan.masses} == set(study.experiments)
+    assert all(mass == pytest.approx(1, abs=0.02) for _, mass in plan.masses.values())
+    assert [grains for (name, _), (grains, _) in plan.masses.items() if name == "drum"] == [2200, 275, 34]
