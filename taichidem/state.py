@@ -248,7 +248,7 @@ class State:
         self.worlds = arena.table(sizes.worlds, _WORLD)
         if single:
             self.bodies, self.loads, self.elements = arena.tables(2 * sizes.bodies, _BODY, _LOAD, _ELEMENT)
-            self.owned = None
+            self.owned: Any = None
             shaped: Any = [None, None] if self.round else arena.tables(2 * sizes.bodies, _ROTOR, _FORM)
             self.rotors, self.forms = shaped
         else:

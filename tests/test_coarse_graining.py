@@ -1,7 +1,6 @@
 """Coarse graining of a model and of an experiment: what grows how, what is kept, what is refused."""
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
@@ -30,6 +29,7 @@ from taichidem.library import PAPER_HEAP
 from taichidem.materials import Material
 from taichidem.model import Model
 from taichidem.scene import Scene
+from taichidem.shapes import Superquadric
 from taichidem.simulation import Simulation
 from taichidem.units import Length, quantity
 
@@ -107,13 +107,10 @@ def test_pull_off_liquid_and_drag_scale_with_the_weight():
 
 
 def test_what_a_model_holds_beside_effects_is_kept():
-    @dataclass(frozen=True)
-    class Shaped(Model):
-        shape: str = "sphere"
-
-    fine = Shaped([GRAIN], [NormalHertz(restitution=0.6), BaseTilt(angle=2.0)], shape="pellet")
+    form = Superquadric.spheroid(1.5)
+    fine = Model([GRAIN], [NormalHertz(restitution=0.6), BaseTilt(angle=2.0)], shape=form)
     coarse = CoarseGraining(2).model(fine)
-    assert coarse.shape == "pellet"
+    assert coarse.shape == form
     assert coarse.materials == fine.materials
     assert effect(coarse, "base_tilt").values == effect(fine, "base_tilt").values
 

@@ -17,7 +17,8 @@ NEARLY_STILL = 1e-3  # below which a search that does not end is believed
 INNER_SPHERE = 0.8  # radius of the sphere inside, of the smallest semi-axis
 BESIDE = 1e-4  # of that radius, how far beside it the wall is asked again
 SMALLEST_SHARE = 1e-3  # of a step
-SWEEPS = 12
+MOST_SWEEPS = 60
+SHORTEST = 1e-4  # of the radius of the sphere inside, a step down the scale
 TRUSTED = 1.2  # the body's own normal is taken where it tells of so many times the overlap that the search found
 NEARLY_EQUAL = 1.0 - 1e-12  # cosine of two directions that lead to the same end
 
@@ -60,7 +61,7 @@ class SuperquadricAtWall(SuperquadricForm):
                         best = found
             if bend >= 0 and (several or best.overlap < -1e200):
                 rough = self.where_deepest(a, element, time, near.point)
-                if rough.overlap > 0.0 and rough.overlap > TRUSTED * best.overlap:
+                if best.overlap < -1e200 or (rough.overlap > 0.0 and rough.overlap > TRUSTED * best.overlap):
                     best = rough
             self.axes[slot].axis = best.normal
             near.point = best.point
@@ -103,15 +104,17 @@ class SuperquadricAtWall(SuperquadricForm):
         normal = -self.outward(a.row, start - a.position)
         near = self.wall_motion.nearest(element, start + 0.1 * radius * normal, radius, time)
         scale = self.scale_through(a.row, near.point - a.position)
-        length = radius
-        for _sweep in range(SWEEPS):
+        length, sweep = radius, 0
+        while sweep < MOST_SWEEPS and length > SHORTEST * radius:
             normal = -self.outward(a.row, near.point - a.position)
             tried = self.wall_motion.nearest(element, near.point + length * normal, radius, time)
             smaller = self.scale_through(a.row, tried.point - a.position)
             if smaller < scale:
                 near, scale = tried, smaller
+                length *= 1.5
             else:
                 length *= 0.3
+            sweep += 1
         normal = -self.outward(a.row, near.point - a.position)
         first, second = tangents(normal)
         s = self.side(a.row, -normal, first, second)

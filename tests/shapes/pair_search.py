@@ -14,8 +14,8 @@ from taichidem.state import Sizes
 from taichidem.walls import PlaneKind
 
 PAIRS = 1 << 15  # of one call
-_NAMES = ("touching", "overlap", "radius_i", "radius_j", "trials")
-_VECTORS = ("normal", "lever_i", "lever_j")
+_NAMES = ("touching", "overlap", "radius_i", "radius_j")
+_VECTORS = ("normal", "lever_i", "lever_j")  # the normal also of pairs that are apart
 
 
 @ti.data_oriented
@@ -32,12 +32,20 @@ class PairSearch:
         self.shape = self.engine.contacts.shape
         self.axes = self.engine.state.axes
 
-    def __call__(self, bodies, reach=0.0, start=None):
-        """Return what the search finds for pairs of bodies, by name; `start` are normals (n, 3) to begin from."""
+    def __call__(self, bodies, reach=0.0, start=None, general=False):
+        """Return what the search finds for pairs of bodies, by name.
+
+        Args:
+            reach: gap [m] up to which they count as touching.
+            start: normals (n, 3) to begin from; from the line of centres where left out.
+            general: treat ellipsoids as any other superquadric.
+        """
         n = len(bodies) // 2
         assert n <= PAIRS
         self.engine.access["worlds"].write(0, [{}])
         self.exchange.insert(0, bodies, 0)
+        if general:
+            self.engine.state.forms.get_member_field("ellipsoid").fill(0)
         out = np.zeros((n, len(_NAMES) + 3 * len(_VECTORS)))
         self._search(n, reach, np.zeros((n, 3)) if start is None else np.ascontiguousarray(start, float), out)
         found = {name: out[:, k] for k, name in enumerate(_NAMES)}
@@ -56,11 +64,10 @@ class PairSearch:
             out[k, 1] = c.overlap
             out[k, 2] = c.radius_i
             out[k, 3] = c.radius_j
-            out[k, 4] = c.friction_loss
             for axis in ti.static(range(3)):
-                out[k, 5 + axis] = c.normal[axis]
-                out[k, 8 + axis] = c.lever_i[axis]
-                out[k, 11 + axis] = c.lever_j[axis]
+                out[k, 4 + axis] = self.axes[k].axis[axis]
+                out[k, 7 + axis] = c.lever_i[axis]
+                out[k, 10 + axis] = c.lever_j[axis]
 
 
 def random_quaternions(rng, n):
@@ -71,19 +78,22 @@ def random_quaternions(rng, n):
 def superquadrics(axes, exponents, position, orientation, density=1000.0):
     """Return bodies of a form each: semi-axes (n, 3), exponents (n, 2)."""
     n = len(axes)
-    forms = [Superquadric(*a, *e) for a, e in zip(axes.tolist(), exponents.tolist(), strict=True)]
-    volume = np.array([form.volume for form in forms])
+    kinds, number = np.unique(np.hstack([axes, exponents]), axis=0, return_inverse=True)
+    forms = [Superquadric(*kind) for kind in kinds.tolist()]
+    volume = np.array([form.volume for form in forms])[number]
+    inertia = np.array([form.inertia for form in forms])[number]
+    bounds = np.array([form.bounding_radius for form in forms])[number]
     return Bodies(
         position=position,
         velocity=np.zeros((n, 3)),
         spin=np.zeros((n, 3)),
         orientation=orientation,
         mass=density * volume,
-        inertia=density * volume[:, None] * np.array([form.inertia for form in forms]),
+        inertia=density * volume[:, None] * inertia,
         radius=(3 * volume / (4 * np.pi)) ** (1 / 3),
         element_body=np.arange(n),
         element_offset=np.zeros((n, 3)),
-        element_radius=np.array([form.bounding_radius for form in forms]),
+        element_radius=bounds,
         element_material=np.zeros(n, int),
         element_axes=axes,
         element_exponents=exponents,

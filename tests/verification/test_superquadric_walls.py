@@ -72,7 +72,7 @@ def test_a_sphere_feels_the_same_whatever_it_is_called(name):
     meant = np.linalg.norm(expected, axis=1) < 200  # not those that lie deep in another part of the wall
     position, turned, expected = position[meant], turned[meant], expected[meant]
     force, torque = pushes(Superquadric.sphere(R).bodies(position, SOFT.density, orientation=turned), wall)
-    assert np.count_nonzero(np.any(expected, axis=1)) > 4
+    assert np.count_nonzero(np.any(expected, axis=1)) > 3
     size = np.abs(expected).max()
     assert force == pytest.approx(expected, abs=1e-9 * size)
     assert torque == pytest.approx(np.zeros_like(torque), abs=1e-9 * size * R)
