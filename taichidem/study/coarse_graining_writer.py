@@ -12,7 +12,6 @@ from tomlkit.toml_document import TOMLDocument
 from taichidem.coarse_graining import CoarseGraining, setting_powers
 from taichidem.errors import InputError
 from taichidem.study.calibrate_section import Calibration
-from taichidem.study.measurements import FILE as MEASUREMENTS
 from taichidem.study.parameter_key import ParameterKey
 from taichidem.study.setting_key import SettingKey, unit_of_setting
 from taichidem.study.study_file import Study, read_study
@@ -50,8 +49,7 @@ def write_coarse_grained(study: Study, factor: float, folder: str | Path) -> Stu
     for entry in study.calibrate:
         _range(document, entry, factor ** _power(study, entry))
     save_study(target, tomlkit.dumps(document))
-    if (study.path / MEASUREMENTS).exists():
-        copy_measurements(study, target)
+    copy_measurements(study, target)
     return read_study(target)
 
 

@@ -89,6 +89,8 @@ def copy_measurements(study: Study, target: Path) -> None:
     form = tomlkit.parse(study.file.read_text(encoding="utf-8-sig")).get("particle", {}).get("file")
     if form is not None:
         _copy(study, target, str(form))
+    if not (study.path / MEASUREMENTS).exists():
+        return
     shutil.copyfile(study.path / MEASUREMENTS, target / MEASUREMENTS)
     measured = read_measurements(study)
     for cell in measured[PHOTOGRAPH] if PHOTOGRAPH in measured else ():

@@ -353,3 +353,14 @@ def test_the_example_holds_grains_of_four_times_the_size():
     assert {name for name, _ in plan.masses} == set(study.experiments)
     assert all(mass == pytest.approx(1, abs=0.02) for _, mass in plan.masses.values())
     assert [grains for (name, _), (grains, _) in plan.masses.items() if name == "drum"] == [2200, 275, 34]
+
+
+def test_a_form_in_a_file_comes_along_without_measurements(folder, tmp_path):
+    (folder / "grain.csv").write_text("x,y,z,radius\n-1,0,0,1\n1,0,0,1\n")
+    text = (folder / "study.toml").read_text()
+    (folder / "study.toml").write_text(text.replace('shape = "sphere"', 'shape = "multisphere"\nfile = "grain.csv"'))
+    fine = read_study(folder)
+    coarse = write_coarse_grained(fine, 2, tmp_path / "coarse")
+    assert coarse.model().shape == fine.model().shape
+    assert coarse.model().shape is not None
+    assert not (coarse.path / "measurements.csv").exists()
