@@ -27,6 +27,8 @@ ACTING: list[EffectKind] = [*CONTACT, *BODY]
 CLUMP = Multisphere.spheroid(1.5, 3, RADIUS)
 ELLIPSOID = Superquadric(0.008, 0.01, 0.014)
 ROUNDED_BOX = Superquadric(0.009, 0.009, 0.009, 4.0, 4.0)
+# No ellipsoid to the engine, which has a search of their own for them.
+ALMOST_SPHERE = Superquadric(RADIUS, RADIUS, RADIUS, float(np.nextafter(2, 3)), float(np.nextafter(2, 3)))
 
 STEP = 2e-5  # [s], an impact here takes about a hundred
 DURATION = {"round": 0.04, "free": 0.1, "floor": 0.06, "together": 0.02}  # [s]; where the grains are, and what they are
@@ -42,8 +44,8 @@ def fits(chosen: Iterable[EffectKind]) -> bool:
 
 
 def needed(kind: EffectKind, chosen: Iterable[EffectKind]) -> list[EffectKind]:
-    """Return the effects among the chosen ones on which an effect builds."""
-    return [other for other in chosen if other is not kind and other.family in kind.needs]
+    """Return the effects among the chosen ones on which an effect builds, but the normal one, which always acts."""
+    return [other for other in chosen if other is not kind and other.family in kind.needs and other.family != "normal"]
 
 
 def _grounded(kind: EffectKind, candidates: list[EffectKind]) -> list[EffectKind]:
@@ -80,8 +82,13 @@ def composition_of(kind: EffectKind, shape: Kind) -> tuple[EffectKind, ...]:
 
 
 def law(chosen: Iterable[EffectKind], active: Iterable[EffectKind]) -> list[Effect]:
-    """Return the effects of a composition, those that aren't active at values at which they do nothing."""
-    return [middle(kind) if kind in active else middle(kind).vanished() for kind in chosen]
+    """Return the effects of a composition, those that aren't active without what they do, or lose, a normal one."""
+    return [middle(kind) if kind in active else _idle(middle(kind)) for kind in chosen]
+
+
+def _idle(effect: Effect) -> Effect:
+    lossless = {"restitution": 1.0} if "restitution" in effect.values else {}
+    return effect.vanished().with_values(**lossless)
 
 
 def _heap(seed: int, spacing: float) -> dict[str, Any]:
@@ -103,12 +110,17 @@ def _meeting(seed: int) -> dict[str, Any]:
 
 def _others(shape: Kind, moving: dict[str, Any]) -> Bodies:
     """Return grains of a shape that are no spheres."""
-    turned = random_quaternions(np.random.default_rng(9), len(moving["position"]))
-    forms = [CLUMP] if shape == "multisphere" else [ELLIPSOID, ROUNDED_BOX]
-    parts = []
-    for k, form in enumerate(forms):
-        own = {name: column[k :: len(forms)] for name, column in moving.items()}
-        parts.append(form.bodies(density=SOFT.density, orientation=turned[k :: len(forms)], **own))
+    moving["orientation"] = random_quaternions(np.random.default_rng(9), len(moving["position"]))
+    return _dealt([CLUMP] if shape == "multisphere" else [ELLIPSOID, ROUNDED_BOX], moving)
+
+
+def _dealt(forms: list[Any], moving: dict[str, Any]) -> Bodies:
+    """Return grains that take their forms in turn."""
+    turns = len(forms)
+    parts = [
+        form.bodies(density=SOFT.density, **{name: column[k::turns] for name, column in moving.items()})
+        for k, form in enumerate(forms)
+    ]
     return Bodies.joined(parts)
 
 
@@ -116,11 +128,11 @@ def grains(shape: Kind, place: str) -> Bodies:
     """Return the grains of a world."""
     if place != "round":
         return _others(shape, _meeting(4) if place == "free" else _heap(5, 0.029))
-    moving = _heap(2, 0.0215)
+    moving = _heap(2, 0.0215)  # in the order in which forms are dealt, which numbers the grains
     if shape != "superquadric":
-        return ball(**moving)
-    turned = random_quaternions(np.random.default_rng(7), 6)
-    return Superquadric.sphere(RADIUS).bodies(density=SOFT.density, orientation=turned, **moving)
+        return Bodies.joined([ball(**{name: column[k::2] for name, column in moving.items()}) for k in range(2)])
+    moving["orientation"] = random_quaternions(np.random.default_rng(7), 6)
+    return _dealt([Superquadric.sphere(RADIUS), ALMOST_SPHERE], moving)
 
 
 @dataclass(frozen=True)

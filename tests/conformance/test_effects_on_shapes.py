@@ -27,7 +27,8 @@ from tests.conformance.shape_trials import (
 from tests.effect_bench import RADIUS, beneath, middle
 from tests.verification.test_superquadrics import momenta
 
-GAIN = 1e-3  # of the energy of motion; R* follows the curvature, so that an elastic impact doesn't return it to the last bit
+ALIKE = 1e-11  # of the largest of a column
+GAIN = 1e-4  # of the energy of motion, which the time step leaves unresolved
 
 
 def on_shapes(trials):
@@ -55,7 +56,7 @@ def test_spheres_described_as_a_shape_move_as_spheres(trial):
         size = np.abs(one).max(initial=0.0)
         if name == "torque":  # without friction it is none, and round-off of the force at its lever
             size = max(size, RADIUS * np.abs(expected.end.force).max())
-        assert two == pytest.approx(one, rel=0, abs=1e-9 * size), name
+        assert two == pytest.approx(one, rel=0, abs=ALIKE * size), name
 
 
 @on_shapes(TRIALS)
@@ -91,9 +92,14 @@ def test_momenta_are_conserved(trial):
 @on_shapes([t for t in IN_CONTACT if not t.attracts])
 @pytest.mark.parametrize("place", ["free", "floor"])
 def test_the_energy_of_motion_does_not_grow(trial, place):
-    """Of grains without weight that don't attract each other."""
-    world = trial.outcome(place)
-    assert world.end.kinetic_energy <= (1 + GAIN) * world.start.kinetic_energy
+    """Of grains without weight that don't attract each other, on top of a normal law without losses.
+
+    Of superquadrics R* follows the curvature, so that this law alone returns somewhat more or less than it took.
+    """
+    world, lossless = trial.outcome(place), outcomes(trial.chosen, trial.shape)[World(frozenset(), place)]
+    start = world.start.kinetic_energy
+    assert lossless.end.kinetic_energy <= (1 + (0.05 if trial.shape == "superquadric" else GAIN)) * start
+    assert world.end.kinetic_energy <= (1 + GAIN) * max(start, lossless.end.kinetic_energy)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
