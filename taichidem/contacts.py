@@ -11,6 +11,7 @@ from taichidem.shapes.sphere import Place
 from taichidem.state import OnTables, Status
 
 SAME_POINT = 1e-7  # share of the radius within which two points of walls are one point
+CURVATURE_SHARE = 1e-3  # of its change that R* takes over in a step; an impact lasts some thirty steps
 LARGEST_OVERLAP = 0.5  # share of the radius beyond which a contact law means nothing
 
 
@@ -110,6 +111,21 @@ class Contacts(OnTables):
         return mass
 
     @ti.func
+    def hold_curvature(self, slot, c: ti.template(), is_new):
+        """Let R* follow the curvature slowly.
+
+        Within an impact it stays nearly as it was at touch, so that the force nearly has a potential; a body that rolls from its
+        tip to its side has its curvature there all the same.
+        """
+        if not is_new:
+            share = CURVATURE_SHARE
+            c.radius_i = self.axes[slot].radius_i + share * (c.radius_i - self.axes[slot].radius_i)
+            c.radius_j = self.axes[slot].radius_j + share * (c.radius_j - self.axes[slot].radius_j)
+        self.axes[slot].radius_i = c.radius_i
+        self.axes[slot].radius_j = c.radius_j
+        c.radius = self.shape.combined(c.radius_i, c.radius_j)
+
+    @ti.func
     def memory_slot(self, e, element, slot, counts):
         """Return the slot that keeps a contact's memory: a face within a flat patch shares that of the patch."""
         kept = slot
@@ -187,6 +203,8 @@ class Contacts(OnTables):
                 if ti.static(not self.single):
                     pushed[s].kept = -1
             if c.touching == 1:
+                if ti.static(self.kind == "superquadric"):
+                    self.hold_curvature(kept, c, self.slots[kept].stamp < evaluation - 1)
                 if ti.static(not self.round):
                     c.mass = self.mass_to_stop(w, s, kept, i, partner, j, c, own_only, pushed)
                 if self.slots[kept].stamp < evaluation - 1:

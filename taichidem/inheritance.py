@@ -1,4 +1,4 @@
-"""What contacts held at a rebuild of the lists and no new list inherits goes back to the bodies."""
+"""At a rebuild of the lists new ones inherit what contacts held, and what none inherits goes back to the bodies."""
 
 import taichi as ti
 
@@ -10,12 +10,37 @@ INHERITED = -3  # stamp of an old slot whose memory went over into a new list
 
 @ti.data_oriented
 class Inheritance(OnTables):
-    """The sharing out of amounts, for laws whose bodies carry one."""
+    """The carrying over of memory, and the sharing out of amounts, for laws whose bodies carry one."""
 
     def __init__(self, state, law, contacts) -> None:
         super().__init__(state)
         self.law = law
         self.contacts = contacts
+
+    @ti.func
+    def recall(self, w, e, partner, slot):
+        """Copy the memory of a pair that touched in the last evaluation from the old lists, on whichever side it stood."""
+        old_e = self.elements[e].came_from
+        alive = self.worlds[w].evaluation
+        wanted = partner
+        if partner >= 0:
+            wanted = self.elements[partner].came_from
+        sides = 2 if partner >= 0 else 1  # a wall never owns a pair
+        for side in range(sides):
+            owner, other = old_e, wanted
+            if side == 1:
+                owner, other = wanted, old_e
+            for s in range(self.elements[owner].slots_from, self.elements[owner].slots_to):
+                if self.slots[s].partner == other and self.slots[s].stamp == alive:
+                    self.law.carry(s, slot, ti.cast(side, ti.f64))
+                    if ti.static(self.kind == "superquadric"):
+                        self.axes[slot].axis = (1.0 - 2.0 * side) * self.axes[s].axis
+                        radius_i, radius_j = self.axes[s].radius_i, self.axes[s].radius_j
+                        self.axes[slot].radius_i = radius_j if side == 1 else radius_i
+                        self.axes[slot].radius_j = radius_i if side == 1 else radius_j
+                    self.slots[slot].stamp = alive
+                    if ti.static(self.carries):
+                        self.slots[s].stamp = INHERITED
 
     @ti.func
     def give_back(self, w):

@@ -8,7 +8,7 @@ lists each pair once, at the element that comes first, and copies the memory of 
 import taichi as ti
 
 from taichidem.contact import vec3
-from taichidem.inheritance import INHERITED, Inheritance
+from taichidem.inheritance import Inheritance
 from taichidem.state import OnTables, Status
 
 
@@ -283,29 +283,7 @@ class Neighbours(OnTables):
                 self.slots[cursor].radius = self.contacts.shape.pair_radius(self.elements[e].radius, radius)
                 if ti.static(self.kind == "superquadric"):
                     self.axes[cursor].axis = vec3(0.0)
-                self._recall(w, e, partner, cursor)
+                self.inheritance.recall(w, e, partner, cursor)
             else:
                 self.worlds[w].status = int(Status.LIST_FULL)
         return ti.min(cursor + 1, self.worlds[w].slot_base + self.worlds[w].slot_capacity)
-
-    @ti.func
-    def _recall(self, w, e, partner, slot):
-        """Copy the memory of a pair that touched in the last evaluation from the old lists, on whichever side it stood."""
-        old_e = self.elements[e].came_from
-        alive = self.worlds[w].evaluation
-        wanted = partner
-        if partner >= 0:
-            wanted = self.elements[partner].came_from
-        sides = 2 if partner >= 0 else 1  # a wall never owns a pair
-        for side in range(sides):
-            owner, other = old_e, wanted
-            if side == 1:
-                owner, other = wanted, old_e
-            for s in range(self.elements[owner].slots_from, self.elements[owner].slots_to):
-                if self.slots[s].partner == other and self.slots[s].stamp == alive:
-                    self.law.carry(s, slot, ti.cast(side, ti.f64))
-                    if ti.static(self.kind == "superquadric"):
-                        self.axes[slot].axis = (1.0 - 2.0 * side) * self.axes[s].axis
-                    self.slots[slot].stamp = alive
-                    if ti.static(self.carries):
-                        self.slots[s].stamp = INHERITED

@@ -83,7 +83,7 @@ class SuperquadricContact(SuperquadricForm):
             if c.touching == 1:
                 c.normal = normal
                 c.lever_j = c.lever_i + apart
-                c.radius = c.radius_i * c.radius_j / (c.radius_i + c.radius_j)
+                c.radius = self.combined(c.radius_i, c.radius_j)
 
     @ti.func
     def between_ellipsoids(self, i, j, apart, reach, normal: ti.template(), c: ti.template()):

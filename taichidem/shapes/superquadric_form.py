@@ -31,6 +31,14 @@ class SuperquadricForm(OnTables):
     """The geometry of the elements in the table of forms."""
 
     @ti.func
+    def combined(self, radius_i, radius_j):
+        """Return R* of two radii of curvature, of which that of a wall is 0 [m]."""
+        radius = radius_i
+        if radius_j > 0.0:
+            radius = radius_i * radius_j / (radius_i + radius_j)
+        return radius
+
+    @ti.func
     def pair_radius(self, a, b):
         """Return 0: R* depends on where the bodies touch."""
         return 0.0
