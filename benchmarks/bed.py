@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 from benchmarks.worker import Worker
 
 if TYPE_CHECKING:
+    from taichidem.bodies import Bodies
     from taichidem.scene import Scene
 
 DIAMETER = 0.006  # [m]
@@ -68,13 +69,19 @@ def settling(grains: int) -> tuple[Stage, ...]:
 
 
 def bed_scene(position: np.ndarray, skin: float | None = SKIN, stage: Stage = REAL) -> Scene:
-    """Return the box with grains at rest at the given centres."""
+    """Return the box with spheres at rest at the given centres."""
     from taichidem.bodies import Bodies
+
+    return box(Bodies.spheres(position, stage.diameter / 2, DENSITY), stage.stiffness, skin, stage.time_step)
+
+
+def box(grains: Bodies, stiffness: float, skin: float | None = SKIN, time_step: float | None = None) -> Scene:
+    """Return the box with grains in it; E [Pa] of the grains, skin and step as for `Scene`."""
     from taichidem.library import polypropylene
     from taichidem.scene import Scene
     from taichidem.walls import Plane
 
-    top = float(position[:, 2].max()) + 2 * DIAMETER
+    top = float(grains.position[:, 2].max()) + 2 * DIAMETER
     sides = (
         Plane(point=(0.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0), material="steel"),
         Plane(point=(WIDTH, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), material="steel"),
@@ -83,13 +90,13 @@ def bed_scene(position: np.ndarray, skin: float | None = SKIN, stage: Stage = RE
         Plane(point=(0.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0), material="steel"),
     )
     return Scene(
-        model=polypropylene(youngs_modulus=stage.stiffness),
+        model=polypropylene(youngs_modulus=stiffness),
         walls=sides,
-        bodies=Bodies.spheres(position, stage.diameter / 2, DENSITY),
+        bodies=grains,
         domain=((-DIAMETER,) * 3, (WIDTH + DIAMETER, WIDTH + DIAMETER, top)),
         grain_materials=("polypropylene",),
         skin=skin,
-        time_step=stage.time_step,
+        time_step=time_step,
     )
 
 
