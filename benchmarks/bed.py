@@ -75,13 +75,25 @@ def bed_scene(position: np.ndarray, skin: float | None = SKIN, stage: Stage = RE
     return box(Bodies.spheres(position, stage.diameter / 2, DENSITY), stage.stiffness, skin, stage.time_step)
 
 
-def box(grains: Bodies, stiffness: float, skin: float | None = SKIN, time_step: float | None = None) -> Scene:
-    """Return the box with grains in it; E [Pa] of the grains, skin and step as for `Scene`."""
+def box(
+    grains: Bodies,
+    stiffness: float,
+    skin: float | None = SKIN,
+    time_step: float | None = None,
+    headroom: float = 2 * DIAMETER,
+) -> Scene:
+    """Return the box with grains in it.
+
+    Args:
+        grains: at rest; stiffness: their E [Pa].
+        skin, time_step: as for `Scene`.
+        headroom: from the highest centre to where grains are lost [m].
+    """
     from taichidem.library import polypropylene
     from taichidem.scene import Scene
     from taichidem.walls import Plane
 
-    top = float(grains.position[:, 2].max()) + 2 * DIAMETER
+    top = float(grains.position[:, 2].max()) + headroom
     sides = (
         Plane(point=(0.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0), material="steel"),
         Plane(point=(WIDTH, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), material="steel"),

@@ -36,6 +36,7 @@ class PeerClumps:
     ) -> None:
         self._folder = tempfile.TemporaryDirectory()
         self._grains, self._blocks = grains, 0
+        self._seconds: list[float] = []
 
         def pin() -> None:
             if hasattr(os, "sched_setaffinity"):
@@ -57,17 +58,19 @@ class PeerClumps:
         self._settled = self._blocks
 
     def run(self, steps: int) -> None:
-        """Run steps and wait for their end; a zero-time file tells it, as what LIGGGHTS prints comes late."""
+        """Run steps and wait for their end; an empty file tells it, as what LIGGGHTS prints comes late."""
         done = Path(self._folder.name) / f"done{self._blocks}"
         self._blocks += 1
+        before = self._processor_seconds()
         self._tell(f"run {steps}\nshell touch {done.name}\n")
         while not done.exists():
             if self._process.poll() is not None:
                 raise RuntimeError("LIGGGHTS stopped in the bed of clumps:\n" + self._text()[-1500:])
             time.sleep(0.02)
+        self._seconds.append(self._processor_seconds() - before)
 
     def close(self) -> tuple[list[float], list[int]]:
-        """End it; return the rate of each block after settling, clump-steps per second, and how often lists were built."""
+        """End it; return each block's rate, clump-steps per second of processor time, and how often it built lists."""
         if self._process.stdin is not None:
             self._process.stdin.close()
         self._process.wait(timeout=60)
@@ -80,8 +83,16 @@ class PeerClumps:
         if len(loops) != self._blocks or per_clump != {0}:
             raise RuntimeError(f"LIGGGHTS lost clumps or did not finish: {loops}")
         timed = loops[self._settled :]
-        rates = [self._grains * int(steps) / float(seconds) for seconds, steps, _ in timed]
+        rates = [
+            self._grains * int(steps) / seconds
+            for (_, steps, _), seconds in zip(timed, self._seconds[self._settled :], strict=True)
+        ]
         return rates, [int(number) for number in builds[-len(timed) :]]
+
+    def _processor_seconds(self) -> float:
+        """Return the processor time it has used [s]."""
+        fields = Path(f"/proc/{self._process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def _tell(self, text: str) -> None:
         if self._process.stdin is None:
