@@ -34,8 +34,9 @@ STIFFNESS = 1e8  # [Pa]
 SETTLING = 0.3  # [s]
 BLOCKS = 5
 STEPS = {"sphere": 2000, "clump": 1000, "spheroid": 600, "box-like": 400}  # of a timed block
-HEADROOM = 0.1  # [m]; where long grains start pointing at each other they overlap a little and fly apart
-_LATTICE, _SPACING = 15, 0.008  # grains along a side, and apart [m]
+HEADROOM = 0.1  # while settling [m]
+_LATTICE, _SPACING = 15, np.array([0.008, 0.008, 0.0085])  # grains along a side, and apart [m]
+_ASTRAY = 0.9  # largest share of the long axis along a side, 26° off
 
 CLUMP = Multisphere.spheroid(1.5, 3, DIAMETER / 2)
 SHAPES: dict[str, GrainShape | None] = {
@@ -44,6 +45,7 @@ SHAPES: dict[str, GrainShape | None] = {
     "spheroid": Superquadric.spheroid(1.5, DIAMETER / 2),
     "box-like": Superquadric(1.0, 1.0, 1.5, 4.0, 4.0),
 }
+MEASURED = ("sphere", "clump", "spheroid")  # the box-like one takes minutes to settle
 NAMES = {
     "sphere": "sphere",
     "clump": "clump of 3 spheres, 1.5 long",
@@ -54,12 +56,15 @@ TARGETS = {"clump": (4.0, 2.5), "spheroid": (6.0, 3.0)}  # cost over a sphere's:
 
 
 def lattice() -> tuple[np.ndarray, np.ndarray]:
-    """Return centres (n, 3) [m] and orientations (n, 4) before settling."""
+    """Return centres (n, 3) [m] and orientations (n, 4) before settling, none of which point at a neighbour or a side."""
     from taichidem.grain import random_rotations
 
     k = np.arange(GRAINS)
     cells = np.column_stack([k % _LATTICE, (k // _LATTICE) % _LATTICE, k // _LATTICE**2]) + 0.5
-    return cells * _SPACING, random_rotations(np.random.default_rng(12345), GRAINS)
+    drawn = random_rotations(np.random.default_rng(12345), 2 * GRAINS)
+    w, x, y, z = drawn.T
+    along = np.abs([2 * (x * z + w * y), 2 * (y * z - w * x)])  # of the long axis, on the lattice's directions
+    return cells * _SPACING, drawn[np.all(along < _ASTRAY, axis=0)][:GRAINS]
 
 
 def scene(name: str, position: np.ndarray, orientation: np.ndarray, headroom: float = 2 * DIAMETER) -> Scene:
@@ -113,17 +118,18 @@ def timed_block(name: str, position: np.ndarray, orientation: np.ndarray, steps:
     return Block(GRAINS * steps / seconds, simulation.snapshot().rebuilds - before)
 
 
-def measure_shapes(peer: bool, quick: bool = False) -> list[ShapeSpeed]:
-    """Settle every shape's bed and time blocks of them in turn, on one thread of one processor."""
-    core, names = last_core(), list(SHAPES)
+def measure_shapes(peer: bool, quick: bool = False, names: Sequence[str] = MEASURED) -> list[ShapeSpeed]:
+    """Settle the shapes' beds and time blocks of them in turn, on one thread of one processor; spheres come first."""
+    core = last_core()
     done: dict[str, list[Block]] = {name: [] for name in names}
     steps = {name: STEPS[name] // (4 if quick else 1) for name in names}
     rates: tuple[list[float], list[int]] = ([], [])
     with ExitStack() as stack:
         workers = {name: stack.enter_context(Worker(1, core)) for name in names}
         beds = {name: settled_bed(name, workers[name]) for name in names}
-        dt = workers["clump"].call(time_step, "clump")
-        theirs = _peer_bed(dt, core or 0) if peer else None
+        theirs = None
+        if peer and "clump" in names:
+            theirs = _peer_bed(workers["clump"].call(time_step, "clump"), core or 0)
         for name in names:  # compiles or loads kernels
             workers[name].call(timed_block, name, *beds[name], 50)
         for block in range(BLOCKS):
@@ -159,10 +165,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.shapes_bed", description=__doc__)
     parser.add_argument("--no-peer", action="store_true", help="do not run LIGGGHTS")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all numbers to a file")
+    others = [name for name in SHAPES if name != "sphere"]
+    parser.add_argument("--shapes", nargs="+", choices=others, default=MEASURED[1:], help="beside spheres")
     given = parser.parse_args(arguments)
     before = load()
     peer = not given.no_peer and peer_liggghts.executable() is not None
-    shapes = measure_shapes(peer)
+    shapes = measure_shapes(peer, names=("sphere", *given.shapes))
     print(f"{machine()}\nLoad before {before:.2f}, after {load():.2f} (the benchmark itself is 1).\n")
     print(shapes_table(shapes))
     if given.json is not None:
