@@ -18,12 +18,14 @@ class Angles:
         angles: of repose [deg], one per seed.
         seconds: of wall time from the scenes to the measured angles, compilation apart.
         in_cup: grains left on the cup, one per seed.
+        processor: time of the processors in all that [s], which other work on the machine changes little.
     """
 
     name: str
     angles: tuple[float, ...]
     seconds: float
     in_cup: tuple[int, ...] = ()
+    processor: float = math.nan
 
     @property
     def mean(self) -> float:
@@ -41,8 +43,8 @@ class Angles:
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values; None where there is no number."""
-        derived = {"mean": self.mean, "sd": self.sd, "u": self.u}
-        return {**vars(self), **{k: None if math.isnan(v) else v for k, v in derived.items()}}
+        numbers = {"processor": self.processor, "mean": self.mean, "sd": self.sd, "u": self.u}
+        return {**vars(self), **{k: None if math.isnan(v) else v for k, v in numbers.items()}}
 
     @property
     def text(self) -> str:

@@ -58,7 +58,7 @@ TARGETS = {"clump": (4.0, 2.5), "spheroid": (6.0, 3.0)}  # cost over a sphere's:
 def lattice(name: str) -> tuple[np.ndarray, np.ndarray]:
     """Return centres (n, 3) [m] and orientations (n, 4) of a shape before settling.
 
-    No grain points at a neighbour or a side. Spheres are off the lattice by up to 4 % of a diameter, or they would stay in columns.
+    No grain points at a neighbour or a side. Spheres are moved by up to 4 % of a diameter, or they would stay in columns.
     """
     from taichidem.grain import random_rotations
 

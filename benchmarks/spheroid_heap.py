@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 from benchmarks.angles import Angles, Difference
@@ -88,14 +88,14 @@ def pour(name: str, shape: GrainShape | None, seeds: Sequence[int] = SEEDS, repo
     """
     heap, law = FixedFunnel(**SETTINGS), model(shape)
     Simulation([heap.scene(law)] * len(seeds)).run_steps(1)  # compiles
-    start = perf_counter()
+    start, spent = perf_counter(), process_time()
     outcomes = heap.run(law, seeds, report=(lambda share: report(name, share)) if report else None)
-    seconds = perf_counter() - start
+    seconds, spent = perf_counter() - start, process_time() - spent
     failures = [str(o.failure) for o in outcomes if o.failure]
     if failures:
         raise SimulationError(f"Heaps of {name} failed: " + " ".join(failures))
     angles = tuple(float(o.observables["angle_of_repose"]) for o in outcomes)
-    return Angles(name, angles, seconds, tuple(int(o.details["grains_in_cup"]) for o in outcomes))
+    return Angles(name, angles, seconds, tuple(int(o.details["grains_in_cup"]) for o in outcomes), spent)
 
 
 def pour_both(seeds: Sequence[int] = SEEDS, report: Report | None = None) -> SpheroidHeaps:
@@ -111,10 +111,10 @@ def pour_both(seeds: Sequence[int] = SEEDS, report: Report | None = None) -> Sph
 def as_text(heaps: SpheroidHeaps) -> str:
     """Return the table and the verdict."""
     error, apart = heaps.shape_error, heaps.difference
-    rows = [["spheroids as", "angles [deg]", "mean ± u", "on the cup", "wall [s]"]]
+    rows = [["spheroids as", "angles [deg]", "mean ± u", "on the cup", "wall [s]", "processors [s]"]]
     for kind in (heaps.clumps, heaps.superquadrics):
         angles, stay = ", ".join(f"{a:.2f}" for a in kind.angles), ", ".join(map(str, kind.in_cup))
-        rows.append([kind.name, angles, kind.text, stay, f"{kind.seconds:.0f}"])
+        rows.append([kind.name, angles, kind.text, stay, f"{kind.seconds:.0f}", f"{kind.processor:.0f}"])
     return "\n".join(
         [
             aligned(rows),
