@@ -110,7 +110,8 @@ def as_text(kinds: Sequence[Angles]) -> str:
         apart = both.difference
         lines.append(
             f"Coarse minus fine {apart.value:+.2f}° ± {apart.u:.2f}°, {apart.standardised:.2f} u. A fine heap takes "
-            f"{both.ratio:.1f} times as long ({both.processor_ratio:.1f} of processors' time): scale {SCALE:g} saves {both.saved:.0f} % (the paper: {PAPER_SAVES} %)."
+            f"{both.ratio:.1f} times as long ({both.processor_ratio:.1f} of processors' time): scale {SCALE:g} saves "
+            f"{both.saved:.0f} % (the paper: {PAPER_SAVES} %)."
         )
     return "\n".join(lines)
 
