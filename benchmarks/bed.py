@@ -21,6 +21,7 @@ from benchmarks.worker import Worker
 if TYPE_CHECKING:
     from taichidem.bodies import Bodies
     from taichidem.scene import Scene
+    from taichidem.walls import Plane
 
 DIAMETER = 0.006  # [m]
 WIDTH = 20 * DIAMETER
@@ -91,24 +92,29 @@ def box(
     """
     from taichidem.library import polypropylene
     from taichidem.scene import Scene
-    from taichidem.walls import Plane
 
     top = float(grains.position[:, 2].max()) + headroom
-    sides = (
-        Plane(point=(0.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0), material="steel"),
-        Plane(point=(WIDTH, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), material="steel"),
-        Plane(point=(0.0, 0.0, 0.0), normal=(0.0, 1.0, 0.0), material="steel"),
-        Plane(point=(0.0, WIDTH, 0.0), normal=(0.0, -1.0, 0.0), material="steel"),
-        Plane(point=(0.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0), material="steel"),
-    )
     return Scene(
         model=polypropylene(youngs_modulus=stiffness),
-        walls=sides,
+        walls=_sides(),
         bodies=grains,
         domain=((-DIAMETER,) * 3, (WIDTH + DIAMETER, WIDTH + DIAMETER, top)),
         grain_materials=("polypropylene",),
         skin=skin,
         time_step=time_step,
+    )
+
+
+def _sides() -> tuple[Plane, ...]:
+    """Return the box: four sides and the bottom."""
+    from taichidem.walls import Plane
+
+    return (
+        Plane(point=(0.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0), material="steel"),
+        Plane(point=(WIDTH, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), material="steel"),
+        Plane(point=(0.0, 0.0, 0.0), normal=(0.0, 1.0, 0.0), material="steel"),
+        Plane(point=(0.0, WIDTH, 0.0), normal=(0.0, -1.0, 0.0), material="steel"),
+        Plane(point=(0.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0), material="steel"),
     )
 
 

@@ -106,12 +106,29 @@ class PeerClumps:
 
 
 def _deck(shape: Multisphere, grains: int, stiffness: float, time_step: float) -> str:
-    """Return the commands up to the first step; type 1 is polypropylene, type 2 the steel of the walls."""
+    """Return the commands up to the first step."""
     walls = "\n".join(
         f"fix wall{k} all wall/gran {LAW} primitive type 2 {kind} {place:.17g}"
         for k, (kind, place) in enumerate(PLANES)
     )
     spheres = " ".join(f"{v:.12g}" for row, r in zip(shape.centres, shape.radii, strict=True) for v in (*row, r))
+    return f"""{_laws(stiffness)}
+timestep {time_step}
+fix weight all gravity 9.81 vector 0.0 0.0 -1.0
+{walls}
+fix clump all particletemplate/multisphere 15485863 atom_type 1 density constant {DENSITY} nspheres {len(shape.radii)} &
+ ntry 100000 spheres {spheres} type 1
+fix mix all particledistribution/discrete 32452843 1 clump 1.0
+region space block 0 {WIDTH} 0 {WIDTH} 0 {HEIGHT} units box
+fix drop all insert/pack seed 49979687 distributiontemplate mix maxattempt 500 insert_every once overlapcheck yes &
+ all_in yes vel constant 0. 0. 0. orientation random region space particles_in_region {grains}
+fix motion all multisphere
+thermo 1000000
+"""
+
+
+def _laws(stiffness: float) -> str:
+    """Return box and contact laws; type 1 is polypropylene, type 2 the steel of the walls."""
     side = f"{-DIAMETER:.17g} {WIDTH + DIAMETER:.17g}"
     return f"""
 atom_style granular
@@ -131,16 +148,4 @@ fix m3 all property/global coefficientRestitution peratomtypepair 2 0.55 0.55 0.
 fix m4 all property/global coefficientFriction peratomtypepair 2 0.52 0.26 0.26 0.26
 fix m5 all property/global coefficientRollingFriction peratomtypepair 2 0.05 0.246 0.246 0.246
 pair_style gran {LAW}
-pair_coeff * *
-timestep {time_step}
-fix weight all gravity 9.81 vector 0.0 0.0 -1.0
-{walls}
-fix clump all particletemplate/multisphere 15485863 atom_type 1 density constant {DENSITY} nspheres {len(shape.radii)} &
- ntry 100000 spheres {spheres} type 1
-fix mix all particledistribution/discrete 32452843 1 clump 1.0
-region space block 0 {WIDTH} 0 {WIDTH} 0 {HEIGHT} units box
-fix drop all insert/pack seed 49979687 distributiontemplate mix maxattempt 500 insert_every once overlapcheck yes &
- all_in yes vel constant 0. 0. 0. orientation random region space particles_in_region {grains}
-fix motion all multisphere
-thermo 1000000
-"""
+pair_coeff * *"""
