@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test lint slow gpu validate bench bench-pass heap-table agreement sensitivity planted-truth clean
+.PHONY: demo test lint slow gpu validate bench bench-pass heap-table spheroid-heap coarse-heap agreement sensitivity planted-truth clean
 
 demo: $(READY)
 	$(BIN)/taichidem demo --output demo
@@ -35,6 +35,12 @@ bench-pass: $(READY)
 
 heap-table: $(READY)
 	$(BIN)/python -m benchmarks.heap_table
+
+spheroid-heap: $(READY)
+	$(BIN)/python -m benchmarks.spheroid_heap
+
+coarse-heap: $(READY)
+	$(BIN)/python -m benchmarks.coarse_heap
 
 agreement: $(READY)
 	$(BIN)/python -m benchmarks.agreement

@@ -1,10 +1,9 @@
-"""`python -m benchmarks`: the settled bed, beside LIGGGHTS where it is installed, and the heap."""
+"""`python -m benchmarks`: settled beds, beside LIGGGHTS where it is installed, and the heap."""
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -16,23 +15,14 @@ from benchmarks import ours, peer_liggghts
 from benchmarks.bed import SKIN, contacts_per_grain, settled_bed, settling
 from benchmarks.heap import measure_heap
 from benchmarks.ours import Run
-from benchmarks.report import BedSpeed, Results, as_text, load, machine
+from benchmarks.report import BedSpeed, Results, as_text, last_core, load, machine, tell
+from benchmarks.shapes_bed import measure_shapes
 from benchmarks.worker import Worker
 from taichidem.runtime import cores
 
 SIZES = (1000, 3000, 10000, 30000)
 BLOCKS = 3
 PARTICLE_STEPS = 1.6e7  # of a timed block and thread, some seconds
-
-
-def tell(text: str) -> None:
-    """Say on standard error what is being done, as this takes minutes."""
-    print(text, file=sys.stderr, flush=True)
-
-
-def last_core() -> int | None:
-    """Return the processor that single-threaded measurements are pinned to, ours and the peer's alike."""
-    return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
 
 
 def measure_bed(grains: int, threads: int, peer: bool, quick: bool) -> BedSpeed:
@@ -107,6 +97,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all numbers to a file")
     parser.add_argument("--no-peer", action="store_true", help="do not run LIGGGHTS")
     parser.add_argument("--no-heap", action="store_true", help="do not pour heaps")
+    parser.add_argument("--no-shapes", action="store_true", help="do not measure beds of other shapes")
     given = parser.parse_args(arguments)
     sizes = given.sizes if given.sizes is not None else SIZES[:2] if given.quick else SIZES
     if any(grains < 1 for grains in sizes):
@@ -117,6 +108,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     results = Results(threads, machine(), peer_liggghts.version() if peer else peer_text, load())
     for grains in sizes:
         results.beds.append(measure_bed(grains, threads, peer, given.quick))
+    if not given.no_shapes:
+        results.shapes = measure_shapes(peer, given.quick)
     results.compile_seconds = measure_compilation()
     if not given.no_heap:
         for heap_threads, core in ((1, last_core()), (threads, None)):

@@ -19,7 +19,9 @@ from scipy.spatial import cKDTree
 from benchmarks.worker import Worker
 
 if TYPE_CHECKING:
+    from taichidem.bodies import Bodies
     from taichidem.scene import Scene
+    from taichidem.walls import Plane
 
 DIAMETER = 0.006  # [m]
 WIDTH = 20 * DIAMETER
@@ -68,28 +70,51 @@ def settling(grains: int) -> tuple[Stage, ...]:
 
 
 def bed_scene(position: np.ndarray, skin: float | None = SKIN, stage: Stage = REAL) -> Scene:
-    """Return the box with grains at rest at the given centres."""
+    """Return the box with spheres at rest at the given centres."""
     from taichidem.bodies import Bodies
+
+    return box(Bodies.spheres(position, stage.diameter / 2, DENSITY), stage.stiffness, skin, stage.time_step)
+
+
+def box(
+    grains: Bodies,
+    stiffness: float,
+    skin: float | None = SKIN,
+    time_step: float | None = None,
+    headroom: float = 2 * DIAMETER,
+) -> Scene:
+    """Return the box with grains in it.
+
+    Args:
+        grains: at rest; stiffness: their E [Pa].
+        skin, time_step: as for `Scene`.
+        headroom: from the highest centre to where grains are lost [m].
+    """
     from taichidem.library import polypropylene
     from taichidem.scene import Scene
+
+    top = float(grains.position[:, 2].max()) + headroom
+    return Scene(
+        model=polypropylene(youngs_modulus=stiffness),
+        walls=_sides(),
+        bodies=grains,
+        domain=((-DIAMETER,) * 3, (WIDTH + DIAMETER, WIDTH + DIAMETER, top)),
+        grain_materials=("polypropylene",),
+        skin=skin,
+        time_step=time_step,
+    )
+
+
+def _sides() -> tuple[Plane, ...]:
+    """Return the box: four sides and the bottom."""
     from taichidem.walls import Plane
 
-    top = float(position[:, 2].max()) + 2 * DIAMETER
-    sides = (
+    return (
         Plane(point=(0.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0), material="steel"),
         Plane(point=(WIDTH, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), material="steel"),
         Plane(point=(0.0, 0.0, 0.0), normal=(0.0, 1.0, 0.0), material="steel"),
         Plane(point=(0.0, WIDTH, 0.0), normal=(0.0, -1.0, 0.0), material="steel"),
         Plane(point=(0.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0), material="steel"),
-    )
-    return Scene(
-        model=polypropylene(youngs_modulus=stage.stiffness),
-        walls=sides,
-        bodies=Bodies.spheres(position, stage.diameter / 2, DENSITY),
-        domain=((-DIAMETER,) * 3, (WIDTH + DIAMETER, WIDTH + DIAMETER, top)),
-        grain_materials=("polypropylene",),
-        skin=skin,
-        time_step=stage.time_step,
     )
 
 

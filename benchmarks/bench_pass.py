@@ -19,11 +19,10 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import pass_decks, pass_liggghts, pass_ours, peer_liggghts
-from benchmarks.__main__ import last_core, tell
 from benchmarks.agreement import STUDIES
 from benchmarks.pass_liggghts import PeerTiming
 from benchmarks.pass_ours import Timing
-from benchmarks.report import aligned, load, machine
+from benchmarks.report import aligned, last_core, load, machine, tell
 from benchmarks.worker import Worker
 from taichidem.errors import InputError
 from taichidem.experiments import Experiment

@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -49,7 +48,7 @@ class Filling(World):
 
     def snapshot(self):  # type: ignore[no-untyped-def]
         """Return no grains."""
-        return SimpleNamespace(position=np.empty((0, 3)), radius=np.empty(0))
+        return Bodies.spheres(np.empty((0, 3)), np.empty(0), 1.0)
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ import numpy as np
 from benchmarks.bed import DENSITY, DIAMETER, SKIN, STIFFNESS, TIME_STEP, WIDTH
 from benchmarks.worker import peak_memory
 
-_LAW = "model hertz tangential history rolling_friction cdt"
-_WALLS = (("xplane", 0.0), ("xplane", WIDTH), ("yplane", 0.0), ("yplane", WIDTH), ("zplane", 0.0))
+LAW = "model hertz tangential history rolling_friction cdt"
+PLANES = (("xplane", 0.0), ("xplane", WIDTH), ("yplane", 0.0), ("yplane", WIDTH), ("zplane", 0.0))
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,8 @@ def _data(position: np.ndarray) -> str:
 def _deck(warm_up: int, steps: int) -> str:
     """Return the input script; type 1 is polypropylene, type 2 the steel of the walls."""
     walls = "\n".join(
-        f"fix wall{k} all wall/gran {_LAW} primitive type 2 {kind} {place:.17g}"
-        for k, (kind, place) in enumerate(_WALLS)
+        f"fix wall{k} all wall/gran {LAW} primitive type 2 {kind} {place:.17g}"
+        for k, (kind, place) in enumerate(PLANES)
     )
     return f"""
 atom_style granular
@@ -116,7 +116,7 @@ fix m2 all property/global poissonsRatio peratomtype 0.36 0.3
 fix m3 all property/global coefficientRestitution peratomtypepair 2 0.55 0.55 0.55 0.55
 fix m4 all property/global coefficientFriction peratomtypepair 2 0.52 0.26 0.26 0.26
 fix m5 all property/global coefficientRollingFriction peratomtypepair 2 0.05 0.246 0.246 0.246
-pair_style gran {_LAW}
+pair_style gran {LAW}
 pair_coeff * *
 timestep {TIME_STEP}
 fix weight all gravity 9.81 vector 0.0 0.0 -1.0

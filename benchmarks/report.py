@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -60,6 +61,38 @@ class BedSpeed:
         return {**vars(self), "ratios": self.ratios, "ratio": self.ratio}
 
 
+@dataclass(frozen=True)
+class ShapeSpeed:
+    """One shape's settled bed; rates are grain-steps per second, a block each.
+
+    Attributes:
+        name: of the shape.
+        rates: of its blocks.
+        costs: time per grain-step over that of spheres, each pair of blocks measured one soon after the other.
+        rebuilds: neighbour lists built in each block.
+        peer: rates of LIGGGHTS on a bed of the same grains; empty where it wasn't run.
+        peer_rebuilds: its lists.
+        target: cost over a sphere's, at most and aimed at.
+    """
+
+    name: str
+    rates: list[float]
+    costs: list[float]
+    rebuilds: list[int]
+    peer: list[float]
+    peer_rebuilds: list[int]
+    target: tuple[float, float] | None = None
+
+    @property
+    def ratios(self) -> list[float]:
+        """Our rate over LIGGGHTS's, block by block."""
+        return [ours / theirs for ours, theirs in zip(self.rates, self.peer, strict=True)] if self.peer else []
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values."""
+        return {**vars(self), "cost": median(self.costs), "ratios": self.ratios}
+
+
 @dataclass
 class Results:
     """All measurements of one run of the benchmark."""
@@ -72,11 +105,13 @@ class Results:
     beds: list[BedSpeed] = field(default_factory=list)
     compile_seconds: dict[str, float] = field(default_factory=dict)
     heaps: list[HeapSpeed] = field(default_factory=list)
+    shapes: list[ShapeSpeed] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         values = {**vars(self), "beds": [bed.as_dict() for bed in self.beds]}
-        return {**values, "heaps": [vars(heap) for heap in self.heaps]}
+        values |= {"heaps": [vars(heap) for heap in self.heaps], "shapes": [shape.as_dict() for shape in self.shapes]}
+        return values
 
 
 def machine() -> str:
@@ -96,10 +131,23 @@ def load() -> float:
     return os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
 
 
+def last_core() -> int | None:
+    """Return the processor that single-threaded measurements are pinned to, ours and the peer's alike."""
+    return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
+
+
+def tell(text: str) -> None:
+    """Say on standard error what is being done, as this takes minutes."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def spread(values: Sequence[float]) -> str:
+    """Return median (least–most), or a dash where there are no values."""
+    return f"{median(values):.2f} ({min(values):.2f}–{max(values):.2f})" if values else "–"
+
+
 def _rates(values: Sequence[float]) -> str:
-    if not values:
-        return "–"
-    return f"{median(values) / 1e6:.2f} ({min(values) / 1e6:.2f}–{max(values) / 1e6:.2f})"
+    return spread([value / 1e6 for value in values])
 
 
 def bed_table(results: Results) -> str:
@@ -139,6 +187,24 @@ def memory_table(results: Results) -> str:
     return aligned([heads, *rows])
 
 
+def shapes_table(shapes: Sequence[ShapeSpeed]) -> str:
+    """Return the table, median (least–most) of the blocks."""
+    rows = [["shape", "M grain-steps/s", "cost over a sphere's", "at most (aim)", "LIGGGHTS", "ratio", "lists built"]]
+    for s in shapes:
+        rows.append(
+            [
+                s.name,
+                spread([rate / 1e6 for rate in s.rates]),
+                spread(s.costs),
+                f"{s.target[0]:g} ({s.target[1]:g})" if s.target else "–",
+                spread([rate / 1e6 for rate in s.peer]),
+                spread(s.ratios),
+                "/".join(map(str, s.rebuilds)),
+            ]
+        )
+    return aligned(rows)
+
+
 def heap_lines(results: Results) -> list[str]:
     """Return a line per pour."""
     return [
@@ -157,6 +223,9 @@ def as_text(results: Results) -> str:
         lines += ["", "Settled bed, millions of particle-steps per second, median (least–most) of the blocks:"]
         lines += [bed_table(results), *sorted({f"* {b.shortened}" for b in results.beds if b.shortened})]
         lines += ["", memory_table(results), ""]
+    if results.shapes:
+        lines += ["Beds of 3,000 grains of equal volume, one thread, median (least–most) of the blocks:"]
+        lines += [shapes_table(results.shapes), ""]
     for what, seconds in results.compile_seconds.items():
         lines.append(f"First step of {what}: {seconds:.1f} s")
     return "\n".join(lines + heap_lines(results))
