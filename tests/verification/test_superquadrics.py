@@ -115,7 +115,7 @@ def test_both_schedules_give_the_same_bits():
     ids=["ellipsoid", "rounded box"],
 )
 def test_an_oblique_elastic_collision_keeps_momentum_and_energy(shape, loss):
-    """Two unequal bodies, tilted and off centre, frictionless; the energy is not kept to round-off, as R* follows the curvature."""
+    """Two unequal bodies, tilted and off centre, frictionless; the energy is not kept to round-off, as R* changes."""
     rng = np.random.default_rng(5)
     q = random_quaternions(rng, 2)
     bodies = shape.bodies(
