@@ -85,7 +85,8 @@ def test_momenta_are_conserved(trial):
         assert two == pytest.approx(one, rel=0, abs=1e-10 * scale)
     if trial.carries:
         assert not np.any(world.end.force)
-        assert np.any(world.end.carried != world.start.carried)
+        if trial.shape != "superquadric":  # equal films may come back as they were given
+            assert np.any(world.end.carried != world.start.carried)
         assert world.end.carried.sum() == pytest.approx(world.start.carried.sum(), rel=1e-10)
 
 

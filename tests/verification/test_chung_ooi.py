@@ -281,14 +281,7 @@ def spun(material, *, kind):
         light = ball([0, 0, radius], radius, material, velocity=(0, 0, -speed), spin=(0, w, 0))
         large = ball([0, 0, -0.5], 0.5, heavy)
         large = Bodies(**{**vars(large), "element_material": np.array([1])})
-        both = Bodies(
-            **{
-                name: np.concatenate([getattr(light, name), getattr(large, name)])
-                for name in vars(light)
-                if name != "element_body"
-            },
-            element_body=np.arange(2),
-        )
+        both = Bodies.joined([light, large])
         scenes.append(Scene(model=model, bodies=both, domain=((-2, -2, -2), (2, 2, 2)), time_step=duration / FINE))
     simulation = Simulation(scenes)
     simulation.run(3 * duration)

@@ -101,7 +101,8 @@ def test_translation():
 
 
 def permuted(bodies, order):
-    arrays = {f.name: getattr(bodies, f.name)[order] for f in dataclasses.fields(bodies) if f.name != "element_body"}
+    held = {f.name: getattr(bodies, f.name) for f in dataclasses.fields(bodies) if f.name != "element_body"}
+    arrays = {name: array[order] for name, array in held.items() if array is not None}
     return dataclasses.replace(bodies, **arrays)
 
 
