@@ -38,6 +38,15 @@ def solved(matrix, v):
     )
 
 
+@ti.func
+def is_positive(matrix):
+    """Return whether a symmetric matrix is positive definite, by its leading minors."""
+    d, r = matrix.diagonal, matrix.rest
+    second = d[0] * d[1] - r[2] * r[2]
+    third = d[2] * second + r[1] * (r[2] * r[0] - d[1] * r[1]) - r[0] * (d[0] * r[0] - r[2] * r[1])
+    return d[0] > 0.0 and second > 0.0 and third > 0.0
+
+
 # One touching pair. Side i is the element that owns the pair, side j its partner (an element or a wall).
 Contact = ti.types.struct(
     touching=ti.i32,

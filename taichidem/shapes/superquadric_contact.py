@@ -12,7 +12,7 @@ the last step; where it fails, from the midway point (superquadric_midway.py).
 
 import taichi as ti
 
-from taichidem.contact import Symmetric, applied, solved, vec3
+from taichidem.contact import Symmetric, applied, is_positive, solved, vec3
 from taichidem.shapes.superquadric_form import SuperquadricForm, tangents
 from taichidem.shapes.superquadric_midway import midway_point
 from taichidem.shapes.superquadric_wall import SuperquadricAtWall
@@ -34,21 +34,31 @@ def others(v):
 
 @ti.func
 def newton_step(i, j, overlap, one, two):
-    """Return the step of the direction towards both tangents [rad] and what it lowers the overlap by [m].
+    """Return the step of the direction towards both tangents [rad], what it lowers the overlap by [m], and how that bends.
+
+    The overlap bends by the sum of the radii of curvature, less itself, as directions lie on a sphere. Where that is not
+    positive both ways (the last answer is 0) a place without a slope is no least overlap, and the step is one of the sum alone.
 
     Args:
         one, two: distance of the support points across the direction, along its tangents [m].
     """
-    # The overlap bends by the sum of the radii of curvature, less itself, as directions lie on a sphere.
     r_11, r_12, r_22 = i.r_11 + j.r_11, i.r_12 + j.r_12, i.r_22 + j.r_22
-    if overlap < 0.5 * ti.min(r_11, r_22):
-        r_11 -= overlap
-        r_22 -= overlap
+    b_11, b_22 = r_11 - overlap, r_22 - overlap
+    convex = ti.cast(b_11 > 0.0 and b_11 * b_22 > r_12 * r_12, ti.i32)
+    if convex == 1:
+        r_11, r_22 = b_11, b_22
     least = 1e-12 * (r_11 + r_22) * (r_11 + r_22) + 1e-300
     inverse = 1.0 / ti.max(r_11 * r_22 - r_12 * r_12, least)
     p = inverse * (r_22 * one - r_12 * two)
     q = inverse * (r_11 * two - r_12 * one)
-    return p, q, 0.5 * (p * one + q * two)
+    return p, q, 0.5 * (p * one + q * two), convex
+
+
+@ti.func
+def way_down(i, j):
+    """Return the direction, along both tangents, in which the overlap bends least: where there is no slope, the way down."""
+    angle = 0.5 * ti.atan2(2.0 * (i.r_12 + j.r_12), i.r_11 + j.r_11 - i.r_22 - j.r_22)
+    return -ti.sin(angle), ti.cos(angle)
 
 
 @ti.data_oriented
@@ -73,13 +83,13 @@ class SuperquadricContact(SuperquadricForm):
             if normal.dot(normal) == 0.0:
                 normal = apart * (1.0 / ti.sqrt(square))
             ellipsoids = self.forms[a.row].ellipsoid + self.forms[b.row].ellipsoid == 2
-            found = 0
+            found, start = 0, normal
             if ellipsoids:
                 found = self.between_ellipsoids(a.row, b.row, apart, reach, normal, c)
             if found == 0:
+                normal = start
                 self.between_any(a.row, b.row, apart, reach, normal, c)
             self.axes[slot].axis = normal
-            c.normal = normal
             if c.touching == 1:
                 c.normal = normal
                 c.lever_j = c.lever_i + apart
@@ -87,7 +97,7 @@ class SuperquadricContact(SuperquadricForm):
 
     @ti.func
     def between_ellipsoids(self, i, j, apart, reach, normal: ti.template(), c: ti.template()):
-        """Search from a good start, without any care; return 1 if the contact or a gap was found.
+        """Search from a good start; return 1 if the contact or a gap was found, 0 where more care is needed.
 
         An ellipsoid's support point is A n/h, h = √(n·A n), it moves by (A − s s ᵀ)/h as n turns, and R = a b c/h².
         """
@@ -115,9 +125,11 @@ class SuperquadricContact(SuperquadricForm):
                     + inverse_j * (spread_j.rest - others(point_j))
                     + stiff * others(normal),
                 )
-                step = solved(bend, across)
-                step -= step.dot(normal) * normal
-                square = step.dot(step)
+                step, square = vec3(0.0), 2.0
+                if is_positive(bend):
+                    step = solved(bend, across)
+                    step -= step.dot(normal) * normal
+                    square = step.dot(step)
                 if square < LAST_STEP_ELLIPSOID * LAST_STEP_ELLIPSOID:
                     found = 1
                     c.touching = 1
@@ -166,7 +178,7 @@ class SuperquadricContact(SuperquadricForm):
             else:
                 best, lowest, share = normal, overlap, 1.0
                 offset = apart + i.point - j.point
-                p, q, gain = newton_step(i, j, overlap, offset.dot(first), offset.dot(second))
+                p, q, gain, convex = newton_step(i, j, overlap, offset.dot(first), offset.dot(second))
                 # Each support point moves by its own radii of curvature times the step.
                 moved_i = -((i.r_11 * p + i.r_12 * q) * first + (i.r_12 * p + i.r_22 * q) * second)
                 moved_j = (j.r_11 * p + j.r_12 * q) * first + (j.r_12 * p + j.r_22 * q) * second
@@ -174,7 +186,12 @@ class SuperquadricContact(SuperquadricForm):
                 if not ellipsoids:
                     step = self.step_on_surfaces(a_row, b_row, i, j, moved_i, moved_j, normal, step)
                 length = step.norm()
-                if length < last_step:
+                if length < last_step and convex == 0 and trial < MOST_TRIALS:
+                    # Level, but no least overlap, as two long bodies crosswise may be along their centres.
+                    aside, along = way_down(i, j)
+                    step = LONGEST_STEP * (aside * first + along * second)
+                    normal = (best + step).normalized()
+                elif length < last_step:
                     best, searching = (normal + step).normalized(), 0
                     self.fill(a_row, b_row, i, j, c)
                     c.overlap = overlap - gain

@@ -8,6 +8,7 @@ from tests.shapes.pair_search import (
     PairSearch,
     overlap_along,
     random_quaternions,
+    rotated,
     superquadrics,
     supports,
     take,
@@ -152,3 +153,48 @@ def test_gaps_within_reach_are_found(search):
     assert np.all(near["overlap"][gaps] < 0)
     along, _ = overlap_along(bodies, near["normal"])
     assert near["overlap"][gaps] == pytest.approx(along[gaps], abs=1e-9)
+
+
+def meets(bodies):
+    """Return Perram and Wertheim's function of pairs of ellipsoids.
+
+    F = max over λ of λ (1 − λ) rᵀ ((1 − λ) A_i + λ A_j)⁻¹ r is below 1 exactly where they overlap.
+    Source: Perram & Wertheim (1985), doi 10.1016/0021-9991(85)90171-8.
+    """
+    spread = []
+    for k in (0, 1):
+        body = take(bodies, slice(k, None, 2))
+        frame = np.stack([rotated(body.orientation, np.tile(e, (len(body), 1))) for e in np.eye(3)], axis=-1)
+        spread.append(np.einsum("nik,nk,njk->nij", frame, body.element_axes**2, frame))
+    apart = bodies.position[::2] - bodies.position[1::2]
+    best = np.zeros(len(apart))
+    for weight in np.linspace(0.0, 1.0, 401)[1:-1]:
+        mixed = (1 - weight) * spread[0] + weight * spread[1]
+        best = np.maximum(
+            best, weight * (1 - weight) * (apart * np.linalg.solve(mixed, apart[..., None])[..., 0]).sum(1)
+        )
+    return best
+
+
+@pytest.mark.parametrize("ratio", [1.5, 3.0, 5.0, 8.0, 0.5, 0.2, 0.125])
+def test_slender_and_flat_ellipsoids_touch_only_where_they_meet(search, ratio):
+    """From the line of centres, which says little about them: no contact of bodies that are apart, none missed."""
+    rng = np.random.default_rng(6)
+    n = 4000
+    axes = np.tile([1.0, 1.0, ratio], (2 * n, 1)) * rng.uniform(0.8, 1.2, (2 * n, 1))
+    turned = random_quaternions(rng, 2 * n)
+    position = np.zeros((2 * n, 3))
+    along = rng.normal(size=(n, 3))
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    position[::2] = along * rng.uniform(0.3, 2.4, (n, 1)) * max(1.0, ratio)
+    bodies = superquadrics(axes, np.full((2 * n, 2), 2.0), position, turned)
+    truth, found = meets(bodies), search(bodies)
+    clear = np.abs(truth - 1) > 0.01  # the grid of weights leaves the rest undecided
+    assert np.array_equal(found["touching"][clear], truth[clear] < 1)
+    shallow = np.flatnonzero(found["touching"] & (truth > 0.9))
+    assert len(shallow) > 20
+    pairs = take(bodies, np.column_stack([2 * shallow, 2 * shallow + 1]).ravel())
+    for _ in range(1000):  # no direction is known in which they overlap less
+        tried = rng.normal(size=(len(shallow), 3))
+        tried /= np.linalg.norm(tried, axis=1)[:, None]
+        assert np.all(found["overlap"][shallow] <= overlap_along(pairs, tried)[0] + 1e-9)
