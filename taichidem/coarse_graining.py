@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from taichidem.effects.base import Effect, SetupEffect
@@ -120,7 +121,7 @@ class CoarseGraining:
 
     def __post_init__(self) -> None:
         factor = self.factor
-        number = isinstance(factor, (int, float)) and not isinstance(factor, bool)
+        number = isinstance(factor, (int, float, np.number)) and not isinstance(factor, bool)
         if not number or not math.isfinite(factor) or factor < 1:
             raise InputError(
                 f"The factor of coarse graining is {factor!r}; allowed is a finite number from 1, where grains stay as they "

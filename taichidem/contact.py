@@ -79,7 +79,8 @@ Contact = ti.types.struct(
 )
 
 # What the two bodies of a contact carry of an effect's amount (liquid, say), and what the contact changes of it.
-Holding = ti.types.struct(held_i=ti.f64, held_j=ti.f64, change_i=ti.f64, change_j=ti.f64)
+# `size` is the radius of the sphere of a body's volume [m], 0 for a wall.
+Holding = ti.types.struct(held_i=ti.f64, held_j=ti.f64, size_i=ti.f64, size_j=ti.f64, change_i=ti.f64, change_j=ti.f64)
 
 # A force on i at the contact point and a couple on i; j receives the opposite of both.
 Wrench = ti.types.struct(force=vec3, torque=vec3)

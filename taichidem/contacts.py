@@ -11,7 +11,6 @@ from taichidem.shapes.sphere import Place
 from taichidem.state import OnTables, Status
 
 SAME_POINT = 1e-7  # share of the radius within which two points of walls are one point
-CURVATURE_SHARE = 1e-3  # of its change that R* takes over in a step; an impact lasts some thirty steps
 LARGEST_OVERLAP = 0.5  # share of the radius beyond which a contact law means nothing
 
 
@@ -111,14 +110,14 @@ class Contacts(OnTables):
         return mass
 
     @ti.func
-    def hold_curvature(self, slot, c: ti.template(), is_new):
+    def hold_curvature(self, w, slot, c: ti.template(), is_new):
         """Let R* follow the curvature slowly.
 
         Within an impact it stays nearly as it was at touch, so that the force nearly has a potential; a body that rolls from its
         tip to its side has its curvature there all the same.
         """
         if not is_new:
-            share = CURVATURE_SHARE
+            share = self.worlds[w].curvature_share
             c.radius_i = self.axes[slot].radius_i + share * (c.radius_i - self.axes[slot].radius_i)
             c.radius_j = self.axes[slot].radius_j + share * (c.radius_j - self.axes[slot].radius_j)
         self.axes[slot].radius_i = c.radius_i
@@ -204,7 +203,7 @@ class Contacts(OnTables):
                     pushed[s].kept = -1
             if c.touching == 1:
                 if ti.static(self.kind == "superquadric"):
-                    self.hold_curvature(kept, c, self.slots[kept].stamp < evaluation - 1)
+                    self.hold_curvature(w, kept, c, self.slots[kept].stamp < evaluation - 1)
                 if ti.static(not self.round):
                     c.mass = self.mass_to_stop(w, s, kept, i, partner, j, c, own_only, pushed)
                 if self.slots[kept].stamp < evaluation - 1:
@@ -215,12 +214,14 @@ class Contacts(OnTables):
                     smaller = ti.min(smaller, self.shape.thickness(self.place(partner)))
                 if c.overlap > LARGEST_OVERLAP * smaller:
                     self.worlds[w].status = int(Status.OVERLAP)
-                    self.worlds[w].largest_overlap = c.overlap
+                    ti.atomic_max(self.worlds[w].largest_overlap, c.overlap)
                 h = Holding(held_i=0.0)
                 if ti.static(self.carries):
                     h.held_i = self.amounts[i].held
+                    h.size_i = self.labels[i].radius
                     if partner >= 0:
                         h.held_j = self.amounts[j].held
+                        h.size_j = self.labels[j].radius
                 part = self.law.contact_wrench(self.slots[s].row, kept, c, h)
                 total.force += part.force
                 total.torque += c.lever_i.cross(part.force) + part.torque

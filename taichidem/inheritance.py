@@ -33,6 +33,8 @@ class Inheritance(OnTables):
             for s in range(self.elements[owner].slots_from, self.elements[owner].slots_to):
                 if self.slots[s].partner == other and self.slots[s].stamp == alive:
                     self.law.carry(s, slot, ti.cast(side, ti.f64))
+                    if ti.static(not self.single):
+                        self.contacts.pushes.pair_of[slot].mass = self.contacts.pushes.pair_of[s].mass
                     if ti.static(self.kind == "superquadric"):
                         self.axes[slot].axis = (1.0 - 2.0 * side) * self.axes[s].axis
                         radius_i, radius_j = self.axes[s].radius_i, self.axes[s].radius_j

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -17,6 +18,7 @@ from taichidem.walls.mesh_grid import MeshGrid, sort_facets
 
 FACET = "facet"
 PACKED = 0.64  # share of the volume that randomly packed spheres fill
+CURVATURE_TIME = 200.0  # Rayleigh times in which R* of superquadrics follows the curvature; an impact lasts some six
 DEFAULT_SKIN = 0.4  # of the largest radius: a pour rebuilds its lists every few dozen steps, a settled bed hardly ever
 
 
@@ -40,12 +42,16 @@ class WorldLayout:
 
     @property
     def slots(self) -> int:
-        # `partners` is meant for touching grains; with a reach, a pair is listed by the one that comes first, so each lists
-        # half of what a random packing holds within the distance, most where the grains are small.
-        small = self.scene.smallest_radius
-        within = (2 * small + self.skin + self.scene.reach()) / small
-        reached = 0.5 * PACKED * within**3 if self.scene.reach() > 0 else 0.0
-        listed = self.scene.partners + min(reached, self.elements)
+        # `partners` is meant for touching spheres; with a reach, a pair is listed by the one that comes first, so each lists
+        # half of what a random packing holds within the distance, most where the grains are small. Elements of other forms
+        # overlap with the spheres about many more than touch them.
+        scene = self.scene
+        small = scene.smallest_size
+        largest = small if scene.kind == "sphere" else scene.largest_radius
+        within = (2 * largest + self.skin + scene.reach()) / small
+        packed = 0.5 * PACKED * scene.elements_per_body * within**3
+        reached = packed if scene.reach() > 0 or scene.kind != "sphere" else 0.0
+        listed = scene.partners + min(reached, self.elements)
         return int(listed * self.elements) + 32
 
     @property
@@ -191,6 +197,7 @@ class Loader:
             "first_row": first_row,
             "materials": len(scene.model.materials),
             "dt": scene.dt,
+            "curvature_share": -math.expm1(-scene.dt / (CURVATURE_TIME * scene.rayleigh_time())),
             "skin": layout.skin,
             "reach": scene.reach(),
             "largest_radius": scene.largest_radius,

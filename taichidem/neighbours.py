@@ -283,6 +283,8 @@ class Neighbours(OnTables):
                 self.slots[cursor].radius = self.contacts.shape.pair_radius(self.elements[e].radius, radius)
                 if ti.static(self.kind == "superquadric"):
                     self.axes[cursor].axis = vec3(0.0)
+                if ti.static(not self.single):
+                    self.contacts.pushes.pair_of[cursor].mass = 0.0
                 self.inheritance.recall(w, e, partner, cursor)
             else:
                 self.worlds[w].status = int(Status.LIST_FULL)

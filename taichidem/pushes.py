@@ -61,18 +61,19 @@ class Pushes(OnTables):
         """Return the mass that a contact has to stop [kg].
 
         Args:
-            slot: of the contact, or of the flat patch it belongs to.
+            slot: of the contact.
             i, j: bodies; `with_body` is 0 at a wall.
             is_new: 1 if it was not there in the last evaluation.
         """
         row = 2 * self.pair_of[slot].pair + (evaluation - 1) % 2
+        summed = self.pushes[row].stamp == evaluation - 1
         normal, turn_i, turn_j = vec3(0.0), vec3(0.0), vec3(0.0)
-        if self.pushes[row].stamp == evaluation - 1:
+        if summed:
             normal, turn_i, turn_j = self.pushes[row].normal, self.pushes[row].turn_first, self.pushes[row].turn_second
             if with_body == 1 and i > j:
                 normal, turn_i, turn_j = -normal, turn_j, turn_i
         own_i, own_j = c.lever_i.cross(c.normal), c.normal.cross(c.lever_j)
-        if is_new == 1:
+        if is_new == 1 or not summed:
             normal, turn_i, turn_j = normal + c.normal, turn_i + own_i, turn_j + own_j
         least = self.bodies[i].inverse_mass
         inverse = own_i.dot(applied(self.rotors[i].mobility, turn_i))
@@ -80,7 +81,11 @@ class Pushes(OnTables):
             least += self.bodies[j].inverse_mass
             inverse += own_j.dot(applied(self.rotors[j].mobility, turn_j))
         inverse += least * c.normal.dot(normal)
-        return 1.0 / ti.max(inverse, least)
+        mass = 1.0 / ti.max(inverse, least)
+        if not summed and is_new == 0 and self.pair_of[slot].mass > 0.0:
+            mass = self.pair_of[slot].mass  # lists were built anew since, and hold no sums yet
+        self.pair_of[slot].mass = mass
+        return mass
 
     @ti.func
     def note(self, slot, i, j, with_body, normal, turn_i, turn_j, evaluation):

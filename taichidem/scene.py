@@ -112,7 +112,7 @@ class Scene:
     def check_load(self, name: str, motion: Motion) -> None:
         """Raise InputError for a loaded wall so light that the time step, chosen for the grains, can't follow it."""
         density = min(m.density for m in self.model.materials if m.name in self.grain_names)
-        least = 4 / 3 * math.pi * density * self.smallest_radius**3
+        least = 4 / 3 * math.pi * density * self.smallest_size**3
         if any(motion.load) and motion.mass < least:
             raise InputError(
                 f"Wall {name!r} is loaded and has a mass of {motion.mass:.3g} kg, less than the lightest grain ({least:.3g} kg); "
@@ -182,6 +182,13 @@ class Scene:
                 "of them by spheres, or all by superquadrics."
             )
         return next((kind for kind in ("superquadric", "multisphere") if kind in kinds), "sphere")  # type: ignore[return-value]
+
+    @property
+    def smallest_size(self) -> float:
+        """Radius of the sphere of the smallest known grain's volume [m]."""
+        if self.kind == "sphere":
+            return self.smallest_radius
+        return min(float(known.radius.min()) for known in (self.bodies, self.grains_like) if known is not None)
 
     @property
     def elements_per_body(self) -> float:

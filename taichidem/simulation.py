@@ -27,7 +27,8 @@ REASONS = {
     1: "diverged: a grain moved more than its radius in one step, or its position is no number. Reduce the time step or "
     "the speeds.",
     2: "ran out of room in its neighbour lists. Raise `partners` of the scene.",
-    3: "overlaps too far: a contact passed half a radius. Reduce the time step, the speeds, or stiffen the material.",
+    3: "overlaps too far: a contact passed half a radius (or smallest semi-axis). Reduce the time step, the speeds, or "
+    "stiffen the material.",
 }
 
 

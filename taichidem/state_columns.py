@@ -41,6 +41,7 @@ WORLD = {
     "step": ti.i32,
     "target": ti.i32,
     "dt": ti.f64,
+    "curvature_share": ti.f64,  # of its change that R* of superquadrics takes over in a step
     "evaluation": ti.i32,
     "fresh": ti.i32,
     "stale": ti.i32,
@@ -90,7 +91,7 @@ LABEL = {"identity": ti.i32, "radius": ti.f64, "moved_to": ti.i32, "cell": ti.i3
 # two evaluations push together, each in a row of its own.
 LISTED_PAIRS = {"pairs_from": ti.i32}  # of a body, −1 for none
 PAIR = {"other": ti.i32, "next": ti.i32}  # a body or −1 − wall
-PAIR_OF = {"pair": ti.i32}
+PAIR_OF = {"pair": ti.i32, "mass": ti.f64}  # mass: that the contact had to stop in the last evaluation [kg]
 PUSH = {
     "stamp": ti.i32,  # evaluation that it sums up
     "normal": vec3,  # sum of the normals, towards the body that lists the pair

@@ -3,6 +3,7 @@
 import pytest
 
 from taichidem import runtime
+from taichidem.cli import main
 from taichidem.state import Sizes
 
 # Rows that nearly every test scene fits into. An engine is compiled per size; rounding all small scenes up to the same
@@ -43,3 +44,20 @@ def _few_engines():
     Sizes.rounded = rounded
     yield
     Sizes.rounded = exact
+
+
+@pytest.fixture
+def command(capsys, monkeypatch):
+    """Run the command line here; return exit code, standard output and standard error."""
+    monkeypatch.setenv("COLUMNS", "160")
+
+    def run(*arguments):
+        try:
+            main([str(a) for a in arguments])
+            code = 0
+        except SystemExit as end:
+            code = end.code or 0
+        printed = capsys.readouterr()
+        return code, printed.out, printed.err
+
+    return run

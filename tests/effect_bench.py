@@ -87,7 +87,7 @@ class Bench:
                     c.radius_j = radius
                     c.radius = 0.5 * radius
                     c.mass = 0.5 * mass
-                h = Holding(held_i=held_i, held_j=held_j)
+                h = Holding(held_i=held_i, held_j=held_j, size_i=c.radius_i, size_j=c.radius_j)
                 part = self.law.contact_wrench(0, 0, c, h)
                 for axis in ti.static(range(3)):
                     out[k, axis] = part.force[axis]

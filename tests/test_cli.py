@@ -13,26 +13,9 @@ import pyvista as pv
 
 from analysis.errors import AnalysisError
 from taichidem import __version__, heap_comparison
-from taichidem.cli import main
 from tests.small_heap import SMALL, SMALL_TYPED
 
 FILES = ("heap.png", "profile.png", "angle.png", "result.json", "grains_seed_1.vtp", "walls.vtp")
-
-
-@pytest.fixture
-def command(capsys):
-    """Run the command line here; return exit code, standard output and standard error."""
-
-    def run(*arguments):
-        try:
-            main([str(a) for a in arguments])
-            code = 0
-        except SystemExit as end:
-            code = end.code or 0
-        printed = capsys.readouterr()
-        return code, printed.out, printed.err
-
-    return run
 
 
 @pytest.fixture

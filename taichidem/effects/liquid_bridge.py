@@ -13,6 +13,7 @@ from taichidem.errors import InputError
 from taichidem.materials import MaterialPair
 
 LARGEST_VOLUME = 0.1  # V/R³ up to which Willett's fit holds
+SHARPEST = 2.0 * (1.0 + 1e-9)  # of R*, that a body counts as at most; two spheres are never larger, the rounding aside
 SMALLEST_VOLUME = 1e-5  # V/R³; below it the fit passes 2πRγ cos θ, and on real grains the liquid stays in the roughness
 TOUCHING = 1e-4  # S⁺ below which the force is that of touch: the fit, singular at 0, differs from it by less than 1e-6
 
@@ -73,7 +74,8 @@ class LiquidBridge(ContactEffect):
     farther but hardly pulls harder. With viscosity impacts below a critical speed do not rebound. Limits: pendular state,
     no gravity in the bridge, no flow between bridges; explicit steps need 6π η R*/ε well below m*/Δt.
     Grains of any form carry that share of their volume. A bridge of theirs is that of spheres with the curvatures at the
-    contact, and breaks at the latest where one between the spheres about the largest grains would.
+    contact, takes no more than a sphere of 2 R* would give, and breaks at the latest where one between the spheres about
+    the largest grains would.
     """
 
     name: ClassVar[str] = "liquid_bridge"
@@ -243,9 +245,9 @@ class LiquidBridge(ContactEffect):
     @ti.func
     def form(self, p, c: ti.template(), m: ti.template(), h: ti.template(), gap):
         """Take liquid from the films, and keep what only depends on it."""
-        smaller = c.radius_i
+        smaller = ti.min(h.size_i, SHARPEST * c.radius)
         if c.radius_j > 0.0:
-            smaller = ti.min(c.radius_i, c.radius_j)
+            smaller = ti.min(smaller, h.size_j)
         gift = p.gift * smaller**3
         from_i = ti.max(ti.min(gift, h.held_i), 0.0)
         from_j = ti.max(ti.min(gift, h.held_j), 0.0)  # a wall holds nothing

@@ -7,29 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from taichidem.cli import main
 from taichidem.cli_simulate import parse_seeds
 from taichidem.errors import InputError
 from tests.study.fakes import MEASUREMENTS, Quick
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "study"
-
-
-@pytest.fixture
-def command(capsys, monkeypatch):
-    """Run the command line here; return exit code, standard output and standard error."""
-    monkeypatch.setenv("COLUMNS", "160")
-
-    def run(*arguments):
-        try:
-            main([str(a) for a in arguments])
-            code = 0
-        except SystemExit as end:
-            code = end.code or 0
-        printed = capsys.readouterr()
-        return code, printed.out, printed.err
-
-    return run
 
 
 def line_of(out, *parts):

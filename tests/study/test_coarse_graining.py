@@ -13,7 +13,6 @@ import pytest
 
 import taichidem.experiments
 from taichidem import plugins
-from taichidem.cli import main
 from taichidem.coarse_graining import CoarseGraining
 from taichidem.effects import BodyGravity, CohesionJkr, NormalHertz, TangentialMindlin
 from taichidem.errors import InputError
@@ -122,22 +121,6 @@ def folder(tmp_path):
     text = HEAD.replace("[calibrate]", STICKY + "\n[calibrate]").rstrip() + "\n" + RANGES + TESTS
     (path / "study.toml").write_text(text, encoding="utf-8")
     return path
-
-
-@pytest.fixture
-def command(capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "160")
-
-    def run(*arguments):
-        try:
-            main([str(a) for a in arguments])
-            code = 0
-        except SystemExit as end:
-            code = end.code or 0
-        printed = capsys.readouterr()
-        return code, printed.out, printed.err
-
-    return run
 
 
 def rows(result, experiment, observable):

@@ -15,7 +15,6 @@ import pytest
 from scipy import stats
 
 from taichidem import heap_views
-from taichidem.cli import main
 from taichidem.errors import InputError
 from taichidem.experiments import FixedFunnel
 from taichidem.experiments.base import Outcome
@@ -44,23 +43,6 @@ def series(*errors):
     tests = "".join(f'[experiments.box_{w}]\ntype = "quick"\nwidth = "{w} mm"\n' for w in widths)
     rows = "".join(f"box_{w},flow,{w - e},1,g/s,4\n" for w, e in zip(widths, errors, strict=True))
     return tests, rows
-
-
-@pytest.fixture
-def command(capsys, monkeypatch):
-    """Run the command line; return exit code, standard output and standard error."""
-    monkeypatch.setenv("COLUMNS", "160")
-
-    def run(*arguments):
-        try:
-            main([str(a) for a in arguments])
-            code = 0
-        except SystemExit as end:
-            code = end.code or 0
-        printed = capsys.readouterr()
-        return code, printed.out, printed.err
-
-    return run
 
 
 def test_rows_by_hand(study):

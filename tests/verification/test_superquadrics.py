@@ -247,3 +247,14 @@ def test_bodies_come_to_rest_on_their_flattest_side(shape, height):
     assert now.position[0, 2] == pytest.approx(height, rel=0.01)
     assert abs(rotated(now.orientation, np.array([[0, 0, 1.0]]))[0, 2]) == pytest.approx(1.0, abs=0.01)
     assert simulation.kinetic_energy() < 1e-8
+
+
+def test_the_curvature_is_followed_by_time_not_by_steps():
+    """Half the step takes over half the share, so that a finer step converges to the same motion."""
+    body = Superquadric.spheroid(2.0, 0.01).bodies([[0, 0, 1.0]], SOFT.density)
+    shares = []
+    for step in (2e-5, 1e-5):
+        simulation = Simulation(scene(body, time_step=step))
+        shares.append(simulation._engine.access["worlds"].read(0)["curvature_share"])
+    assert shares[0] == pytest.approx(2 * shares[1], rel=1e-2)
+    assert shares[0] < 0.01
