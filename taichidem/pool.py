@@ -10,11 +10,12 @@ from taichidem import runtime
 from taichidem.engine import CPU_LANES, Engine
 from taichidem.engine_io import Exchange
 from taichidem.errors import CompositionError
-from taichidem.loading import Loader, check_alike, composition, kinds_present, lay_out, total_sizes
+from taichidem.loading import Loader, check_alike, composition
 from taichidem.scene import Scene
 from taichidem.state import Sizes
 from taichidem.stepper import Stepper
 from taichidem.walls import FacetKind, PlaneKind, RevolvedKind
+from taichidem.world_layout import kinds_present, lay_out, total_sizes
 
 MOST_ENGINES = 24  # far below Taichi's 512 trees per process
 
