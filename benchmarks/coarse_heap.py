@@ -20,15 +20,13 @@ from benchmarks.report import aligned, load, machine
 from taichidem.coarse_graining import CoarseGraining
 from taichidem.errors import SimulationError
 from taichidem.experiments import FixedFunnel
-from taichidem.library import PAPER_HEAP, polypropylene
+from taichidem.library import PAPER_FINE_HEAP, polypropylene
 from taichidem.runtime import cores
 from taichidem.simulation import Simulation
 
 SCALE = 2.0
 FINE_SEEDS, COARSE_SEEDS = (1, 2), (1, 2, 3, 4)
 PAPER_SAVES = 71  # [%]
-# The paper's heap with grains of half the size: eight times as many, at eight times the rate.
-SETTINGS = PAPER_HEAP | {"diameter": "3 mm", "particles": 20000, "stream_rate": 4800.0}
 Report = Callable[[float], None]
 
 
@@ -83,7 +81,7 @@ def pour(factor: float, seeds: Sequence[int], report: Report | None = None) -> A
         SimulationError: a heap failed.
     """
     rules = CoarseGraining(factor)
-    heap, law = rules.experiment(FixedFunnel(**SETTINGS)), rules.model(polypropylene())
+    heap, law = rules.experiment(FixedFunnel(**PAPER_FINE_HEAP)), rules.model(polypropylene())
     Simulation([heap.scene(law)] * len(seeds)).run_steps(1)  # compiles
     start, spent = perf_counter(), process_time()
     outcomes = heap.run(law, seeds, report=report)
@@ -120,7 +118,7 @@ def _write(path: Path | None, kinds: Sequence[Angles], before: float) -> None:
     """Write what is known so far, since a fine heap takes many minutes."""
     if path is None:
         return
-    head = {"machine": machine(), "threads": cores(), "load": [before, load()], "settings": SETTINGS}
+    head = {"machine": machine(), "threads": cores(), "load": [before, load()], "settings": PAPER_FINE_HEAP}
     both = CoarseHeaps(*kinds).as_dict() if len(kinds) == 2 else {}
     path.write_text(json.dumps({**head, "heaps": [k.as_dict() for k in kinds], **both}, indent=2) + "\n")
 

@@ -24,6 +24,7 @@ from taichidem import (
     cli_diagnose,
     cli_init,
     cli_report,
+    cli_reproduce,
     cli_simulate,
 )
 from taichidem.errors import TaichidemError
@@ -43,6 +44,7 @@ cli_coarse_grain.register(app)
 cli_designs.register(app)
 cli_diagnose.register(app)
 cli_report.register(app)
+cli_reproduce.register(app)
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")]
 

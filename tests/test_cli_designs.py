@@ -14,7 +14,7 @@ from designs import BUILT_IN
 from taichidem import plugins
 from taichidem.cli_designs import parse_value, read_table, register
 from taichidem.errors import InputError
-from tests.analysis.published import DATA, central_composite
+from taichidem.paper.published import DATA, central_composite
 
 FACTORS = """
 [factors.friction]
@@ -102,13 +102,13 @@ def test_spreadsheet_with_semicolons_and_decimal_commas(cli, tmp_path):
 
 
 def test_the_papers_table_7_on_the_command_line(cli):
-    result = cli("analyse", "main_effects", DATA / "sudsawat_2023_table3_plackett_burman.csv", "--response", "aor_deg")
+    result = cli("analyse", "main_effects", DATA / "table3_plackett_burman.csv", "--response", "aor_deg")
     assert result.exit_code == 0, result.output
     assert "11.428" in result.stdout
 
 
 def test_factors_narrow(cli):
-    path = DATA / "sudsawat_2023_table3_plackett_burman.csv"
+    path = DATA / "table3_plackett_burman.csv"
     names = "F_static_friction_pp_pp,D_restitution_pp_pp"
     result = cli("analyse", "anova", path, "-r", "aor_deg", "-f", names, "-s", "model=interactions")
     assert result.exit_code == 0, result.output
@@ -166,7 +166,7 @@ def test_clear_errors_of_design(cli, tmp_path):
 
 
 def test_clear_errors_of_analyse(cli, tmp_path):
-    path = DATA / "sudsawat_2023_table3_plackett_burman.csv"
+    path = DATA / "table3_plackett_burman.csv"
     refused(cli("analyse", "main_effect", path), "Did you mean 'main_effects'")
     refused(cli("analyse", "main_effects"), "TABLE.csv")
     refused(cli("analyse", "main_effects", "no.csv", "-r", "y"), "There is no file no.csv")

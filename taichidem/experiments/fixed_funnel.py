@@ -11,6 +11,8 @@ from pydantic import model_validator
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
 from taichidem.errors import InputError
 from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, gravity_of
+from taichidem.grains import Grains
+from taichidem.graphics import require_graphics
 from taichidem.insertion import CylinderRegion
 from taichidem.procedure import Procedure, World, pour, settle, wait
 from taichidem.scene import Model, Scene
@@ -40,8 +42,11 @@ class FixedFunnelSettings(GranularSettings):
         None,
         gt=0,
     )
-    method: Literal["rings", "sectors"] = quantity(
-        "1", "How the angle is averaged: rings over all azimuths, or eight sectors.", "sectors"
+    method: Literal["rings", "sectors", "pictures"] = quantity(
+        "1",
+        "How the angle is measured: positions averaged in rings over all azimuths or in eight sectors, or pictures from all "
+        "around.",
+        "sectors",
     )
     fit_from: Number = quantity("1", "Start of the fitted flank, share of the cup radius.", 0.15, ge=0, lt=1)
     fit_to: Number = quantity("1", "End of the fitted flank, share of the cup radius.", 0.95, gt=0, le=1.5)
@@ -63,7 +68,7 @@ class FixedFunnel(Experiment):
     """Pour grains through a fixed funnel onto a thin-walled cup until it overflows, let them settle, measure the slope.
 
     The stream's cylinder stands for the funnel's outlet; what falls off the cup leaves. The angle is that of a straight
-    line through the heap's flank over a stated window, from the grains' positions.
+    line through the heap's flank over a stated window, from the grains' positions or, as in a laboratory, from pictures.
     """
 
     name: ClassVar[str] = "fixed_funnel"
@@ -85,6 +90,8 @@ class FixedFunnel(Experiment):
             raise InputError(
                 f"cup_radius is {s.cup_radius:g} m, less than three grains of {s.diameter:g} m. Take a wider cup."
             )
+        if s.method == "pictures":
+            require_graphics()  # better now than after minutes of pouring
         wide = s.cup_radius + 8 * s.diameter
         return self.scene_within(model, (-wide, -wide, -2 * s.diameter), (wide, wide, s.stream_top + s.diameter))
 
@@ -105,17 +112,24 @@ class FixedFunnel(Experiment):
     def measure(self, snapshot: Snapshot, record: Mapping[str, list]) -> tuple[dict[str, float], dict[str, Any]]:
         s = self.settings
         kept = snapshot.position[:, 2] > 0
-        report = measure_repose_profile(
+        method = "rings" if s.method == "pictures" else s.method
+        profile = measure_repose_profile(
             snapshot.position[kept],
             snapshot.radius[kept],
             s.cup_radius,
-            ProfileSettings(method=s.method, fit_from=s.fit_from, fit_to=s.fit_to, bin_width_m=s.diameter),
+            ProfileSettings(method=method, fit_from=s.fit_from, fit_to=s.fit_to, bin_width_m=s.diameter),
         )
-        if report.angle_deg <= 0:
+        if profile.angle_deg <= 0:
             raise InputError(
-                f"The grains form no heap: their surface rises outwards, {report.angle_deg:.1f}° over the window from "
+                f"The grains form no heap: their surface rises outwards, {profile.angle_deg:.1f}° over the window from "
                 f"{s.fit_from:g} to {s.fit_to:g} of the cup radius. Pour more grains."
             )
         inside = np.hypot(*snapshot.position[:, :2].T) < s.cup_radius
-        details = {"profile": report, "grains_in_cup": int(np.count_nonzero(kept & inside))}
-        return {"angle_of_repose": report.angle_deg}, details
+        details = {"profile": profile, "grains_in_cup": int(np.count_nonzero(kept & inside))}
+        if s.method != "pictures":
+            return {"angle_of_repose": profile.angle_deg}, details
+        from taichidem.heap_views import grains_on_base, measure_heap  # which takes a second to import
+
+        grains = grains_on_base(Grains.of(snapshot), s.cup_radius)
+        pictures = measure_heap(grains, s.cup_radius, s.fit_from, s.fit_to)
+        return {"angle_of_repose": pictures.angle_deg}, details | {"pictures": pictures}

@@ -1,8 +1,6 @@
-"""Published data with printed answers, used by several tests.
+"""Published data with printed answers, used by several tests; those of the paper are in taichidem.paper.published.
 
 Sources:
-    Sudsawat, Chongchitpaisan & Arunyanart, EUREKA: Physics and Engineering 6 (2023) 34,
-        doi 10.21303/2461-4262.2023.002968, Tables 3 and 5.
     Odour: John, "Statistical Design and Analysis of Experiments" (1971), as in the SAS/STAT User's Guide, PROC RSREG,
         "A Response Surface with a Simple Optimum".
     Mercaptobenzothiazole: Myers (1976), as in the SAS/STAT User's Guide, PROC RSREG, "A Saddle Surface Response".
@@ -14,27 +12,9 @@ Sources:
 from __future__ import annotations
 
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-DATA = Path(__file__).parent.parent / "data"
-
-
-def _short(table: pd.DataFrame) -> pd.DataFrame:
-    """Name the factors by the paper's letters."""
-    return table.rename(columns=lambda c: c if c in ("run", "aor_deg") else c.split("_")[0])
-
-
-def plackett_burman() -> pd.DataFrame:
-    """The paper's Table 3: 12 runs, 9 factors A … I, aor_deg."""
-    return _short(pd.read_csv(DATA / "sudsawat_2023_table3_plackett_burman.csv"))
-
-
-def central_composite() -> pd.DataFrame:
-    """The paper's Table 5: 20 runs, factors F, D, B, aor_deg."""
-    return _short(pd.read_csv(DATA / "sudsawat_2023_table5_central_composite.csv"))
 
 
 def odour() -> pd.DataFrame:

@@ -20,7 +20,8 @@ from analysis.run_table import read_runs
 from analysis.selection import is_hierarchical, select
 from designs import BoxBehnken, CentralComposite, Factor, FactorSpace
 from designs.terms import model_terms
-from tests.analysis.published import central_composite, chemical_reaction, filtration_rate, odour
+from taichidem.paper.published import central_composite
+from tests.analysis.published import chemical_reaction, filtration_rate, odour
 
 
 def fitted(table, response, model="quadratic", **reading):

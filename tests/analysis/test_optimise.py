@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from analysis import AnalysisError, Goal, Optimise
 from analysis.desirability import overall, parse_goals
 from designs import CentralComposite, Factor, FactorSpace
-from tests.analysis.published import central_composite
+from taichidem.paper.published import central_composite
 
 SPACE = FactorSpace([Factor("a", 0, 10, "mm"), Factor("b", -5, 5)])
 

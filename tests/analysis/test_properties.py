@@ -11,7 +11,8 @@ import pytest
 from analysis import AnalysisError, BulkDensity, MainEffects, PropertyStatistics
 from analysis.lenth import lenth
 from designs import Factor, FactorSpace, FullFactorial
-from tests.analysis.published import filtration_rate, plackett_burman
+from taichidem.paper.published import plackett_burman
+from tests.analysis.published import filtration_rate
 
 
 def test_statistics_as_in_the_papers_table_6():

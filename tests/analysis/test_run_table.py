@@ -9,7 +9,8 @@ import pytest
 from analysis import AnalysisError, Anova, MainEffects, ResponseSurface
 from analysis.run_table import match_design, read_runs
 from designs import BoxBehnken, Factor, FactorSpace
-from tests.analysis.published import central_composite, filtration_rate
+from taichidem.paper.published import central_composite
+from tests.analysis.published import filtration_rate
 
 
 def table(**changes):

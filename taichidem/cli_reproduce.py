@@ -1,0 +1,62 @@
+"""The command `taichidem reproduce paper`: the study that this software grew from, run again."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from taichidem.cli_progress import progress
+
+if TYPE_CHECKING:
+    from taichidem.paper.reproduction import Reproduction
+
+
+class Published(str, Enum):
+    """What can be reproduced."""
+
+    PAPER = "paper"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("reproduce")(reproduce)
+
+
+def reproduce(
+    what: Annotated[Published, typer.Argument(help="The published study.")],
+    full: Annotated[
+        bool, typer.Option("--full/--quick", help="Real stiffness (a day), or softened grains (within an hour).")
+    ] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder; by default paper_quick or paper_full.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")] = False,
+) -> None:
+    """Run the paper's screening, response surface, optimum and confirmation heaps, and put its numbers beside ours.
+
+    Then go on where the paper stops: the calibrated model in tests it was not fitted to. Stopped at any moment, the same command
+    goes on; nothing is run twice.
+    """
+    from taichidem.paper.reproduction import reproduce as run
+
+    effort = "full" if full else "quick"
+    with progress(quiet=as_json) as report:
+        result = run(output or Path(f"paper_{effort}"), effort, report)
+    typer.echo(result.to_json()) if as_json else _print(result)
+
+
+def _print(result: Reproduction) -> None:
+    table = Table("", "paper", "ours", "wanted", "met", title="Sudsawat et al. (2023), reproduced")
+    for check in result.checks:
+        table.add_row(check.name, check.paper, check.ours, check.wanted, "yes" if check.met else "no")
+    Console().print(table)
+    for check in result.checks:
+        if check.note:
+            typer.echo(f"{check.name}: {check.note}")
+    typer.echo(f"\nTests the model was not fitted to: {result.held_out.text}\n")
+    typer.echo(f"{result.wall_s:.0f} s. wrote {result.folder / 'report.html'}")

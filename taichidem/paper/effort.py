@@ -1,0 +1,33 @@
+"""How much of the paper's study is run: softened grains within an hour, or the real stiffness within a day."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a reproduction costs.
+
+    Attributes:
+        name: quick or full.
+        softened: whether Young's modulus is lowered to 10 MPa.
+        screening: heaps per run of the Plackett–Burman design.
+        surface: heaps per run of the composite design.
+        coarse: heaps of 6 mm at the optimum.
+        fine: heaps of 3 mm there.
+        held_out: seeds of the tests that the model was not fitted to.
+    """
+
+    name: str
+    softened: bool
+    screening: int
+    surface: int
+    coarse: int
+    fine: int
+    held_out: int
+
+
+QUICK = Effort("quick", softened=True, screening=1, surface=2, coarse=8, fine=2, held_out=2)
+FULL = Effort("full", softened=False, screening=2, surface=3, coarse=12, fine=4, held_out=4)
+EFFORTS = {effort.name: effort for effort in (QUICK, FULL)}

@@ -1,0 +1,54 @@
+"""The paper's heap at a point of its factors, with grains of 6 mm and of 3 mm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from taichidem.coarse_graining import CoarseGraining
+from taichidem.experiments import FixedFunnel
+from taichidem.library import (
+    PAPER_FINE_HEAP,
+    REAL_POLYPROPYLENE_MODULUS,
+    SOFT_POLYPROPYLENE_MODULUS,
+    polypropylene,
+)
+from taichidem.paper.published import FACTORS
+from taichidem.scene import Model
+
+SCALE = 2.0  # of the coarse grains, 6 mm for 3 mm
+ARGUMENTS = {
+    "A": "poissons_ratio",
+    "B": "density",
+    "D": "restitution",
+    "E": "wall_restitution",
+    "F": "static_friction",
+    "G": "wall_static_friction",
+    "H": "rolling_friction",
+    "I": "wall_rolling_friction",
+}  # of `polypropylene`
+
+
+def model_at(levels: Mapping[str, float], *, softened: bool) -> Model:
+    """Return the model of polypropylene on steel at some levels of the paper's factors; the others keep their fixed values.
+
+    Args:
+        levels: letter → value in the paper's units.
+        softened: whether Young's modulus is lowered, E = C · 10 MPa / 1.3 GPa, so that steps are eleven times larger.
+    """
+    every = {factor.letter: factor.fixed for factor in FACTORS} | dict(levels)
+    modulus = 1e9 * every.pop("C")
+    if softened:
+        modulus *= SOFT_POLYPROPYLENE_MODULUS / REAL_POLYPROPYLENE_MODULUS
+    return polypropylene(youngs_modulus=modulus, **{ARGUMENTS[letter]: value for letter, value in every.items()})
+
+
+def fine_heap() -> FixedFunnel:
+    """Return the heap of 3 mm grains, measured in pictures."""
+    return FixedFunnel(**PAPER_FINE_HEAP | {"method": "pictures"})
+
+
+def coarse_heap() -> FixedFunnel:
+    """Return the same pour with grains of 6 mm."""
+    heap = CoarseGraining(SCALE).experiment(fine_heap())
+    assert isinstance(heap, FixedFunnel)
+    return heap

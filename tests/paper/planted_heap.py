@@ -1,0 +1,112 @@
+"""A heap whose angle is a formula of the model, made of spheres piled into a cone: the paper's flow with a known truth."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import ClassVar
+
+import numpy as np
+
+import taichidem.experiments
+from taichidem import plugins
+from taichidem.bodies import Bodies
+from taichidem.experiments import BulkDensity, FixedFunnel
+from taichidem.experiments.base import Outcome
+from taichidem.library import PAPER_HEAP
+from taichidem.paper import held_out, kept_heaps, optimum, reproduction, session
+from taichidem.shapes.forms import Forms
+from taichidem.snapshot import Snapshot
+from tests.analysis.conftest import cone_heap
+
+SAME = "polypropylene-polypropylene"
+SCATTER = 0.3  # [deg] from heap to heap
+
+
+def true_angle(model) -> float:
+    """Return the planted angle [deg]: friction raises it up to a maximum at 0.5, restitution lowers it."""
+    values = {effect.name: effect.values for effect in model.effects}
+    friction = values["tangential_mindlin"]["static_friction"][SAME]
+    restitution = values["normal_hertz"]["restitution"][SAME]
+    return 33.0 - 60.0 * (friction - 0.5) ** 2 - 15.0 * (restitution - 0.3) ** 2
+
+
+class PlantedHeap(FixedFunnel):
+    """Pours nothing: piles spheres into the cone that the formula asks for."""
+
+    poured: ClassVar[list[int]] = []
+    failing: ClassVar[set[int]] = set()
+    offset: ClassVar[float] = 0.0  # [deg], of every heap
+    late_offset: ClassVar[float] = 0.0  # [deg], of heaps at an optimum: what a surface can't know
+
+    def run(self, models, seeds, *, schedule="worlds", report=None, frames=None):
+        outcomes = [self._one(model, seed) for model, seed in _pairs(models, seeds)]
+        PlantedHeap.poured.extend(int(seed) for seed in seeds)
+        if report:
+            report(1.0)
+        return outcomes
+
+    def _one(self, model, seed):
+        if seed in self.failing:
+            return Outcome({}, seed, "World 0 diverged")
+        angle = true_angle(model) + self.offset + (self.late_offset if seed > 3000 else 0.0)
+        angle += SCATTER * np.random.default_rng(seed).standard_normal()
+        details = {"profile": {"angle_deg": angle}}
+        return Outcome({"angle_of_repose": angle}, seed, None, cone_of(angle, seed), details)
+
+
+def cone_of(angle: float, seed: int) -> Snapshot:
+    """Return spheres of 6 mm piled into a cone of that angle, at rest."""
+    centres, radii = cone_heap(angle, seed)
+    count, nothing = len(centres), np.zeros((len(centres), 3))
+    bodies = Bodies.spheres(centres, radii, 910.0)
+    return Snapshot(
+        time=1.0,
+        position=centres,
+        **dict.fromkeys(("velocity", "spin", "force", "torque"), nothing),
+        orientation=np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
+        mass=bodies.mass,
+        radius=radii,
+        identity=np.arange(count),
+        forms=Forms.of([bodies]),
+        carried=np.zeros(count),
+        kinetic_energy=0.0,
+        left=0,
+        rebuilds=0,
+    )
+
+
+class PlantedCup(BulkDensity):
+    """Weighs nothing: coarse grains pack 2 % more loosely."""
+
+    name: ClassVar[str] = "planted_cup"
+
+    def run(self, models, seeds, *, schedule="worlds", report=None, frames=None):
+        share = 0.55 if self.settings.diameter < 0.004 else 0.54
+        values = [
+            share * model.materials[0].density * (1 + 0.002 * (seed % 3 - 1)) for model, seed in _pairs(models, seeds)
+        ]
+        return [Outcome({"bulk_density": value}, seed) for value, seed in zip(values, seeds, strict=True)]
+
+
+def _pairs(models, seeds):
+    models = models if isinstance(models, list) else [models] * len(seeds)
+    return zip(models, map(int, seeds), strict=True)
+
+
+def plant(patch) -> None:
+    """Put planted heaps and the planted cup in the place of the simulated ones; `patch` is pytest's monkeypatch."""
+    patch.setattr(session, "coarse_heap", coarse_heap)
+    patch.setattr(optimum, "coarse_heap", coarse_heap)
+    patch.setattr(reproduction, "fine_heap", fine_heap)
+    patch.setattr(kept_heaps, "Simulation", lambda scenes: SimpleNamespace(run_steps=lambda steps: None))
+    patch.setitem(taichidem.experiments.BUILT_IN, "planted_cup", PlantedCup)
+    patch.setattr(held_out, "TESTS", {"density": ("planted_cup", {"cup_radius": "36 mm"}, 1184)})
+    plugins.refresh()
+
+
+def coarse_heap() -> PlantedHeap:
+    return PlantedHeap(**PAPER_HEAP)
+
+
+def fine_heap() -> PlantedHeap:
+    return PlantedHeap(**PAPER_HEAP | {"diameter": "3 mm", "particles": 20000})
