@@ -1,7 +1,7 @@
-"""Is elongation found where grains are long, and told from rolling resistance? `python -m benchmarks.planted_elongation`
+"""Is elongation found, and told from rolling resistance? `python -m benchmarks.planted_elongation`
 
-The bench and the method are those of benchmarks.planted_truth, with five candidates: elongation, both rolling resistances, cohesion
-and a spread of sizes.
+The bench and the method are those of benchmarks.planted_truth, with five candidates: elongation, both rolling resistances, a
+cohesion and a spread of sizes.
 """
 
 from __future__ import annotations

@@ -9,12 +9,18 @@ import numpy as np
 import pytest
 
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
-from taichidem.errors import InputError
-from taichidem.experiments import FixedFunnel
+from taichidem.errors import EnvironmentProblem, InputError
+from taichidem.experiments import FixedFunnel, fixed_funnel
+from taichidem.experiments.base import Outcome
+from taichidem.grains import Grains
+from taichidem.heap_views import grains_on_base, measure_heap
 from taichidem.library import PAPER_HEAP, polypropylene
 from taichidem.procedure import World, play
-from taichidem.shapes import Forms
 from taichidem.simulation import Simulation, Snapshot
+from taichidem.study import Run
+from taichidem.study.campaign import stored_run
+from tests.analysis.conftest import cone_heap
+from tests.experiments.planted import snapshot
 from tests.small_heap import SMALL
 
 SHARES: list[float] = []  # what the pour of `heaps` reported as done
@@ -60,7 +66,7 @@ def test_settings_take_numbers_and_texts_with_units():
         ({"stream_bottom": 0.01}, r"the stream must lie above the rim: rim_height < stream_bottom < stream_top"),
         ({"fit_from": 0.9, "fit_to": 0.5}, "fit_to must be above fit_from"),
         ({"stream_radius": 0.06}, "stream_radius must not exceed cup_radius"),
-        ({"method": "squares"}, r"fixed_funnel\.method is 'squares' .*'rings' or 'sectors'"),
+        ({"method": "squares"}, r"fixed_funnel\.method is 'squares' .*'rings', 'sectors' or 'pictures'"),
     ],
 )
 def test_bad_settings_are_refused(settings, sentence):
@@ -129,26 +135,8 @@ def cone(angle_deg: float) -> Snapshot:
     x, y = (axis.ravel() for axis in np.meshgrid(grid, grid))
     r = np.hypot(x, y)
     x, y, r = x[r < 0.05], y[r < 0.05], r[r < 0.05]
-    n = len(r)
     z = 0.03 + (0.05 - r) * math.tan(math.radians(angle_deg))
-    zero, one = np.zeros((n, 3)), np.ones(n)
-    return Snapshot(
-        time=0.0,
-        position=np.column_stack([x, y, z]),
-        velocity=zero,
-        spin=zero,
-        force=zero,
-        torque=zero,
-        orientation=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
-        mass=one,
-        kinetic_energy=0.0,
-        radius=np.full(n, 0.003),
-        identity=np.arange(n),
-        forms=Forms.spheres(np.full(n, 0.003)),
-        carried=np.zeros(n),
-        left=0,
-        rebuilds=0,
-    )
+    return snapshot(np.column_stack([x, y, z]), np.full(len(r), 0.003))
 
 
 @pytest.mark.parametrize("angle", [15.0, 30.0, 40.0])
@@ -162,6 +150,30 @@ def test_a_cone_of_known_slope_is_measured(angle, method):
     )
     assert observables["angle_of_repose"] == direct.angle_deg
     assert details["grains_in_cup"] == len(snapshot.mass)
+
+
+def test_pictures_measure_what_a_camera_would_see():
+    test = FixedFunnel(**PAPER_HEAP | {"method": "pictures"})
+    heap = snapshot(*cone_heap(30.0))
+    observables, details = test.measure(heap, {})
+    seen = measure_heap(grains_on_base(Grains.of(heap), 0.05), 0.05, 0.4, 0.92)
+    assert observables["angle_of_repose"] == seen.angle_deg == pytest.approx(30.0, abs=1.5)
+    assert details["profile"].method == "rings"
+    assert details["profile"].angle_deg != seen.angle_deg
+    assert (
+        "pictures"
+        in stored_run(Run(test, polypropylene(), 1), Outcome(observables, 1, None, heap, details), 0.0).details
+    )
+
+
+def test_pictures_are_refused_before_anything_is_poured_where_nothing_can_be_drawn(monkeypatch):
+    def nothing():
+        raise EnvironmentProblem("no OpenGL")
+
+    monkeypatch.setattr(fixed_funnel, "require_graphics", nothing)
+    with pytest.raises(EnvironmentProblem, match="no OpenGL"):
+        FixedFunnel(**PAPER_HEAP | {"method": "pictures"}).scene(polypropylene())
+    assert FixedFunnel(**PAPER_HEAP).scene(polypropylene())
 
 
 def test_bins_are_one_nominal_diameter_wide_whatever_the_sizes_of_the_grains():

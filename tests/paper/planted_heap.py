@@ -9,14 +9,13 @@ import numpy as np
 
 import taichidem.experiments
 from taichidem import plugins
-from taichidem.bodies import Bodies
 from taichidem.experiments import BulkDensity, FixedFunnel
 from taichidem.experiments.base import Outcome
 from taichidem.library import PAPER_HEAP
 from taichidem.paper import held_out, kept_heaps, optimum, reproduction, session
-from taichidem.shapes.forms import Forms
 from taichidem.snapshot import Snapshot
 from tests.analysis.conftest import cone_heap
+from tests.experiments.planted import snapshot
 
 SAME = "polypropylene-polypropylene"
 SCATTER = 0.3  # [deg] from heap to heap
@@ -56,23 +55,7 @@ class PlantedHeap(FixedFunnel):
 
 def cone_of(angle: float, seed: int) -> Snapshot:
     """Return spheres of 6 mm piled into a cone of that angle, at rest."""
-    centres, radii = cone_heap(angle, seed)
-    count, nothing = len(centres), np.zeros((len(centres), 3))
-    bodies = Bodies.spheres(centres, radii, 910.0)
-    return Snapshot(
-        time=1.0,
-        position=centres,
-        **dict.fromkeys(("velocity", "spin", "force", "torque"), nothing),
-        orientation=np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
-        mass=bodies.mass,
-        radius=radii,
-        identity=np.arange(count),
-        forms=Forms.of([bodies]),
-        carried=np.zeros(count),
-        kinetic_energy=0.0,
-        left=0,
-        rebuilds=0,
-    )
+    return snapshot(*cone_heap(angle, seed))
 
 
 class PlantedCup(BulkDensity):
