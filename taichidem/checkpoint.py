@@ -11,7 +11,7 @@ import numpy as np
 
 from taichidem.archive import Archive
 from taichidem.bodies import Bodies
-from taichidem.checkpoint_file import TYPES
+from taichidem.checkpoint_file import HASH, TYPES
 from taichidem.effects.base import BodyEffect, ContactEffect
 from taichidem.errors import InputError
 from taichidem.loading import composition, wall_row
@@ -72,8 +72,8 @@ def _parts(scene: Scene) -> dict[str, Any]:
         + [list(row) for row in layout.wall_rows],
         "grains": [scene.bodies, scene.grains_like, scene.largest_radius, scene.smallest_radius, scene.room],
         "time step": scene.dt,
-        "domain": [np.asarray(scene.domain, float), layout.cell_size, layout.cells],
-        "neighbour lists": [layout.skin, scene.reach(), layout.slots, layout.elements],
+        "domain": np.asarray(scene.domain, float),
+        "neighbour lists": [layout.cell_size, layout.cells, layout.skin, scene.reach(), layout.slots, layout.elements],
     }
 
 
@@ -90,4 +90,4 @@ def _coefficients(scene: Scene) -> list[Any]:
 def _hash(value: Any) -> str:
     packer = Packer(TYPES)
     text = json.dumps(packer.pack(value), sort_keys=True)
-    return hashlib.sha256(text.encode() + bytes(packer.data)).hexdigest()[:16]
+    return HASH + hashlib.sha256(text.encode() + bytes(packer.data)).hexdigest()[:16]

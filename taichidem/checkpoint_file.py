@@ -22,6 +22,7 @@ from taichidem.snapshot import Frame, Snapshot, WallState
 PROGRAM = "taichidem"
 FORMAT = 1  # raise it when the layout of the file or the meaning of an entry changes
 TYPES = (Bodies, Forms, Frame, Snapshot, WallState)
+HASH = "sha256:"  # before what tells a difference and shows nothing
 SHORT = 60  # characters up to which a refusal shows what was run
 
 
@@ -145,8 +146,9 @@ def _check_origin(path: Path, header: Any) -> None:
 
 def _difference(path: Path, name: str, theirs: Any, ours: Any) -> str:
     shown = [str(value) for value in (theirs, ours)]
-    told = f" ({shown[0]} there, {shown[1]} here)" if max(map(len, shown)) <= SHORT else ""
+    plain = max(map(len, shown)) <= SHORT and not any(text.startswith(HASH) for text in shown)
+    told = f" ({shown[0]} there, {shown[1]} here)" if plain else ""
     return (
-        f"The checkpoint {path} doesn't belong to this run: its {name} differs{told}. Run what it was written for, give "
+        f"The checkpoint {path} doesn't belong to this run, which differs in its {name}{told}. Run what it was written for, give "
         "another file, or delete it to start from the beginning."
     )
