@@ -1,7 +1,7 @@
 """Read every row that a simulation's future depends on out of an engine's tables, and write them back, bit by bit.
 
 Left out are what is written when scenes are loaded (coefficients, the geometry of walls), what each rebuild or each
-evaluation makes anew before it reads it (cells, reactions), and flows, which are 0 between evaluations. Of tables with two
+evaluation makes anew before it reads it (cells, pairs, reactions), and flows, which are 0 between evaluations. Of tables with two
 halves only the one in use is kept.
 """
 
@@ -18,7 +18,7 @@ ROWS_OF = {  # by what rows of a table there is one: an attribute of `State` eac
     "wall": ("walls",),
     "body": ("bodies", "rotors", "forms", "labels", "amounts"),
     "element": ("loads", "elements", "owned", "inbound"),
-    "slot": ("slots", "axes", "pair_of", "pairs", "incoming"),
+    "slot": ("slots", "axes", "pair_of", "incoming"),
     "push": ("pushes",),
 }
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
+from taichidem import runtime
 from taichidem.archive import RowAccess, kept_tables
 from taichidem.bodies import Bodies
 from taichidem.checkpoint import archive_of
@@ -21,7 +22,7 @@ STEPS = {"sphere": 300, "multisphere": 900, "superquadric": 300}  # before the f
 MORE = 200  # after it
 NOT_KEPT = {  # tables that scenes are loaded into, and those that are made anew before they are read
     *("wall_elements", "corner_edges", "sides", "meshes", "mesh_cells", "mesh_facets"),
-    *("cells", "reactions", "flows"),
+    *("cells", "pairs", "reactions", "flows"),
 }
 
 
@@ -82,8 +83,8 @@ def same(one, two):
 def poison(engine):
     """Fill every table that isn't loaded from scenes with rubbish: what a checkpoint forgets then shows."""
     tables = [table for table, _ in kept_tables(engine).values()]
-    tables += [engine.state.cells] + ([engine.state.reactions] if hasattr(engine.state, "reactions") else [])
-    for table in tables:
+    tables += [getattr(engine.state, name, None) for name in ("cells", "pairs", "reactions")]
+    for table in filter(None, tables):
         access = RowAccess(table)
         floats, integers = access.empty(table.shape[0])
         access.write(0, floats + np.nan, integers + 1)
@@ -126,13 +127,14 @@ def test_saved_and_loaded_is_never_stopped(kind, schedule, tmp_path):
 
 
 def go_on(path):
-    """Return what comes of a file in a process that has never seen its simulation; runs there."""
+    """Return what comes of a file in a process that has never seen its simulation, on one thread; runs there."""
+    runtime.start(threads=1)
     share_engines()
-    return end(Simulation.load(path, [crowd("sphere", seed) for seed in (1, 2)]))
+    return end(Simulation.load(path, [crowd("sphere", seed) for seed in (1, 2)], "particles"))
 
 
-def test_another_process_goes_on_to_the_same_bits(tmp_path):
-    simulation = begun("sphere", "worlds")
+def test_another_process_on_one_thread_goes_on_to_the_same_bits(tmp_path):
+    simulation = begun("sphere", "particles")
     simulation.save(tmp_path / "state")
     expected = end(simulation)
     with multiprocessing.get_context("spawn").Pool(1) as pool:  # a process that started Taichi must not be forked

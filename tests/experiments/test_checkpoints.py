@@ -158,6 +158,50 @@ def test_grains_that_are_put_elsewhere_are_told(killed_at, tmp_path, monkeypatch
         test.run(granules(), [1], checkpoint=tmp_path / "state")
 
 
+class HalfFailing(BUILT_IN["rebound"]):
+    """A test whose first world gives up early, after it asked something more, and whose second one is stopped by the engine."""
+
+    name = "rebound"
+
+    def scene(self, model):
+        return replace(super().scene(model), room=4)
+
+    def procedure(self, world, model):
+        yield 1e-4
+        if world.number == 0 and world.time > 0:
+            raise InputError("no place")
+        if world.number == 1:
+            ball = world.simulation.scenes[1].bodies
+            world.insert(replace(ball, position=ball.position + [[0.004, 0.0, 0.0]]))
+        yield from [1e-4] * 6
+
+
+def test_worlds_that_failed_stay_failed(killed_at, tmp_path):
+    expected = HalfFailing().run(granules(), [1, 2, 3], frames=1e-4)
+    assert expected[0].failure == "no place"
+    assert "overlaps too far" in expected[1].failure
+    assert expected[2].failure is None
+
+    def go():
+        return HalfFailing().run(granules(), [1, 2, 3], frames=1e-4, checkpoint=tmp_path / "state")
+
+    with pytest.MonkeyPatch.context() as patched:
+        looks = []
+
+        def between(self, course):
+            looks.append(course.share)
+            if len(looks) == 5:
+                self._write(course)
+                raise Killed
+
+        patched.setattr(keeper.Keeper, "_between", between)
+        with pytest.raises(Killed):
+            go()
+    found = killed_at(go, 2)
+    assert [o.failure for o in found] == [o.failure for o in expected]
+    assert [len(o.frames) for o in found] == [len(o.frames) for o in expected]
+
+
 @pytest.mark.parametrize(
     ("changes", "difference"),
     [
