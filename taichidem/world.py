@@ -49,11 +49,15 @@ class World:
 
     def snapshot(self) -> Snapshot:
         """Return the bodies now; where a part of them will do, `look` keeps checkpoints small."""
-        return self._ask("snapshot", lambda: self.simulation.snapshot(self.number))
+        return self._ask("snapshot", self.present)
+
+    def present(self) -> Snapshot:
+        """Return the bodies now, for those who watch; procedures ask for `snapshot` or `look`."""
+        return self.simulation.snapshot(self.number)
 
     def look(self, reading: Callable[[Snapshot], Answer]) -> Answer:
         """Return what a function reads off the bodies now: numbers, texts, arrays, or lists, tuples or mappings of these."""
-        return self._ask("look", lambda: reading(self.simulation.snapshot(self.number)))
+        return self._ask("look", lambda: reading(self.present()))
 
     def find_places(self, search: Search, region: Region, grains: Outlines) -> np.ndarray:
         """Return the centres that a search finds for new grains beside those that are there, (n, 3) [m].
@@ -65,7 +69,7 @@ class World:
         """
 
         def find() -> np.ndarray:
-            present = self.simulation.snapshot(self.number)
+            present = self.present()
             return search(self.rng, region, grains, present.position, Outlines.of(present))
 
         return self._ask("places", find, draws=True)
@@ -97,7 +101,7 @@ class World:
         """Return what one would see now, for those who watch; procedures ask for `frame`."""
         names = self.simulation.standing_walls(self.number)
         centres = {name: self.simulation.wall(name, self.number).centre for name in names}
-        return Frame(self.simulation.snapshot(self.number), centres)
+        return Frame(self.present(), centres)
 
     @property
     def time(self) -> float:
