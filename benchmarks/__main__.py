@@ -13,6 +13,7 @@ import numpy as np
 
 from benchmarks import ours, peer_liggghts
 from benchmarks.bed import SKIN, contacts_per_grain, settled_bed, settling
+from benchmarks.gpu_throughput import measure_gpu, throughput_table
 from benchmarks.heap import measure_heap
 from benchmarks.ours import Run
 from benchmarks.report import BedSpeed, Results, as_text, last_core, load, machine, tell
@@ -116,7 +117,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             tell(f"heap, {heap_threads} thread(s)")
             results.heaps.append(measure_heap(heap_threads, core, heap_threads, given.quick))
     results.load_at_end = load()
+    on_gpu = measure_gpu(given.quick)
+    results.gpu = [vars(cell) for cell in on_gpu]
     print(as_text(results))
+    if on_gpu:
+        print(f"\nOn the GPU:\n{throughput_table(on_gpu)}")
     if given.json is not None:
         given.json.write_text(json.dumps(results.as_dict(), indent=2) + "\n")
     return 0

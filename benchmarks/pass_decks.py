@@ -46,7 +46,7 @@ class Filling(World):
         """Keep the bodies."""
         self.bodies = bodies
 
-    def snapshot(self):  # type: ignore[no-untyped-def]
+    def present(self):  # type: ignore[no-untyped-def]
         """Return no grains."""
         return Bodies.spheres(np.empty((0, 3)), np.empty(0), 1.0)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter, process_time
@@ -57,10 +57,10 @@ class Meter:
         """Count every step that any simulation does inside the block."""
         step = Stepper.run
 
-        def counted(stepper: Stepper, worlds: int) -> None:
+        def counted(stepper: Stepper, worlds: int, between: Callable[[], None] | None = None) -> None:
             before = stepper.engine.access["worlds"].read_all(worlds)
             start = perf_counter()
-            step(stepper, worlds)
+            step(stepper, worlds, between)
             self.seconds += perf_counter() - start
             after = stepper.engine.access["worlds"].read_all(worlds)
             done = after["step"] - before["step"]
@@ -85,7 +85,7 @@ def warm(test: Experiment, model: Model, worlds: int) -> float:
         world = World(simulation, number, np.random.default_rng(0))
         next(test.procedure(world, model))
     simulation.run_steps(1)
-    world.frame()
+    world.seen()
     return perf_counter() - start
 
 

@@ -106,6 +106,7 @@ class Results:
     compile_seconds: dict[str, float] = field(default_factory=dict)
     heaps: list[HeapSpeed] = field(default_factory=list)
     shapes: list[ShapeSpeed] = field(default_factory=list)
+    gpu: list[dict[str, Any]] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""

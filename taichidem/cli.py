@@ -60,8 +60,15 @@ def _main(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
+    arch: Annotated[
+        str | None,
+        typer.Option(help="On what to simulate: cpu or cuda; TAICHIDEM_ARCH, else cpu, where left out."),
+    ] = None,
 ) -> None:
-    pass
+    if arch is not None:
+        from taichidem import runtime
+
+        runtime.choose(arch)
 
 
 @app.command()

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from taichidem import cli_simulate_study
 from taichidem.cli_drawn import Drawn
+from taichidem.cli_kept import Kept
 from taichidem.cli_progress import progress
 from taichidem.cli_shape import parse_shape
 from taichidem.errors import InputError
@@ -92,6 +93,20 @@ def simulate(
             "speed, or height at rest, where left out.",
         ),
     ] = None,
+    checkpoint: Annotated[
+        Path | None,
+        typer.Option(
+            help="Single experiment: file that keeps its state on the way; the same command goes on from there. Deleted at the "
+            "end."
+        ),
+    ] = None,
+    checkpoint_every: Annotated[
+        str | None,
+        typer.Option(
+            "--checkpoint-every",
+            help="Time on the clock between two checkpoints, such as '5 min'; that where left out.",
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")] = False,
 ) -> None:
     """Run the experiments of a study into its run store (4 seeds unless told otherwise) and print what they measure.
@@ -102,20 +117,21 @@ def simulate(
     """
     from taichidem import plugins
 
-    drawn = Drawn(picture, movie, frame_interval, colour_by)
+    drawn, kept = Drawn(picture, movie, frame_interval, colour_by), Kept(checkpoint, checkpoint_every)
     if cli_simulate_study.is_study(what):
         _refuse(
             "a study, whose file says it",
             {"--set": setting, "--parameter": parameter, "--shape": shape, "--output": output},
         )
         _refuse("a study; they show a single experiment, given by its name", drawn.options())
+        _refuse("a study, whose store keeps every run; it is for a single experiment", kept.options())
         numbers = parse_seeds(seeds or "4")
         cli_simulate_study.simulate_study(what, experiments, numbers, store, retry_failed, as_json)
     elif what in plugins.names("experiment"):
         options = {"--experiments": experiments, "--store": store, "--retry-failed": retry_failed}
         _refuse("a single experiment; they belong to a study", options)
         numbers = parse_seeds(seeds or "1")
-        _simulate_experiment(what, setting or [], parameter or [], shape, numbers, output, drawn, as_json)
+        _simulate_experiment(what, setting or [], parameter or [], shape, numbers, output, drawn, kept, as_json)
     else:
         raise cli_simulate_study.neither(what)
 
@@ -136,6 +152,7 @@ def _simulate_experiment(
     seeds: list[int],
     output: Path | None,
     drawn: Drawn,
+    kept: Kept,
     as_json: bool,
 ) -> None:
     from taichidem import plugins
@@ -143,15 +160,16 @@ def _simulate_experiment(
     from taichidem.library import polypropylene
 
     drawn.check()
+    keeping = kept.arguments()
     folder = None if output is None else writable_folder(output)
     model = replace(polypropylene(), shape=parse_shape(shape))
     for text in parameters:
         model = with_parameter(model, text)
     test = plugins.get("experiment", name)(**dict(_split(text) for text in settings))
     frames = drawn.interval(test)
-    with progress(quiet=as_json) as report:
+    with kept.told_when_stopped(), progress(quiet=as_json) as report:
         report("simulating", 0.0)
-        outcomes = test.run(model, seeds, report=lambda share: report("simulating", share), frames=frames)
+        outcomes = test.run(model, seeds, report=lambda share: report("simulating", share), frames=frames, **keeping)
     result = {
         "experiment": test.name,
         "units": {o.name: o.unit for o in test.observables},

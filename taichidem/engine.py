@@ -61,6 +61,7 @@ class Engine:
         self.access = self._access()
         self.particles = ParticlesSchedule(self) if schedule == "particles" else None
         self.user: object = None  # the simulation that holds it now
+        self.archive: object = None  # access to all that changes, made for the first checkpoint
 
     def _access(self) -> dict:
         """Return how Python writes and reads each table."""

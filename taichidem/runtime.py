@@ -58,8 +58,7 @@ def start(threads: int | None = None, arch: str | None = None, debug: bool | Non
         threads=threads or _number_from("TAICHIDEM_THREADS") or cores(),
         debug=bool(_number_from("TAICHIDEM_DEBUG")) if debug is None else debug,
     )
-    if wanted.arch not in ("cpu", "cuda"):
-        raise InputError(f"arch is {wanted.arch!r}; allowed are 'cpu' and 'cuda'. Leave it out for the CPU.")
+    _check_arch(wanted.arch)
     if wanted.threads < 1:
         raise InputError(f"threads is {wanted.threads}; give at least 1, or leave it out for every processor.")
     with contextlib.redirect_stdout(io.StringIO()):  # Taichi announces itself on standard output
@@ -72,6 +71,23 @@ def start(threads: int | None = None, arch: str | None = None, debug: bool | Non
         )
     _running = wanted
     return wanted
+
+
+def choose(arch: str) -> None:
+    """Say on what Taichi will run when it is needed, here and in the processes that this one starts.
+
+    Raises:
+        InputError: an unknown name, or another than what already runs.
+    """
+    _check_arch(arch)
+    if _running is not None:
+        _refuse_changes(None, arch, None)
+    os.environ["TAICHIDEM_ARCH"] = arch
+
+
+def _check_arch(arch: str) -> None:
+    if arch not in ("cpu", "cuda"):
+        raise InputError(f"arch is {arch!r}; allowed are 'cpu' and 'cuda'. Leave it out for the CPU.")
 
 
 def _number_from(variable: str) -> int:

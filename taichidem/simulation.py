@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 
-from taichidem import runtime
+from taichidem import checkpoint, checkpoint_file, runtime
 from taichidem.bodies import Bodies
 from taichidem.effects.base import ContactEffect
 from taichidem.errors import InputError, SimulationError, unknown_name
@@ -118,8 +119,12 @@ class Simulation:
         self._exchange.insert(world, bodies, sum(map(len, self._inserted[world])))
         self._inserted[world].append(bodies)
 
-    def run(self, duration: float | Sequence[float] | np.ndarray) -> None:
-        """Advance every running world by a duration [s], one for all or one each; a stopped world is left as it is."""
+    def run(self, duration: float | Sequence[float] | np.ndarray, between: Callable[[], None] | None = None) -> None:
+        """Advance every running world by a duration [s], one for all or one each; a stopped world is left as it is.
+
+        Args:
+            between: called now and then on the way, when every world is at the end of a step, such as to save.
+        """
         self._check_open()
         if np.shape(duration) not in ((), (len(self),)):
             raise InputError(
@@ -133,7 +138,7 @@ class Simulation:
                 # Counted from the time that was asked for, so that rounding to whole steps never adds up.
                 self._asked[world] += float(seconds)
                 self._set_target(world, round(self._asked[world] / scene.dt))
-        self._stepper.run(len(self))
+        self._stepper.run(len(self), between)
 
     def run_steps(self, steps: int) -> None:
         """Advance every running world by a number of steps.
@@ -157,6 +162,34 @@ class Simulation:
                 f"{MOST_STEPS * self.scenes[world].dt:.4g} s at its time step. Take a larger step or a softer material."
             )
         self._engine.set_target(world, target)
+
+    def save(self, path: str | Path) -> None:
+        """Write the complete state to a file, from which `load` goes on to the same last bit.
+
+        Raises:
+            InputError: a path that can't be written to.
+        """
+        self._check_open()
+        about, state = checkpoint.about_scenes(self.scenes, self.schedule), checkpoint.state_of(self)
+        checkpoint_file.write_checkpoint(Path(path), "simulation", about, state)
+
+    @classmethod
+    def load(cls, path: str | Path, scenes: Scene | Sequence[Scene], schedule: str = "worlds") -> Simulation:
+        """Return the simulation that was saved to a file.
+
+        Args:
+            path: of the file.
+            scenes: those that the saved simulation was made of.
+            schedule: that of the saved simulation.
+
+        Raises:
+            InputError: a file that is damaged, of another version, or saved from other scenes or another schedule.
+        """
+        every = [scenes] if isinstance(scenes, Scene) else list(scenes)
+        state = checkpoint_file.read_checkpoint(Path(path), "simulation", checkpoint.about_scenes(every, schedule))
+        simulation = cls(every, schedule)
+        checkpoint.restore(simulation, state)
+        return simulation
 
     def snapshot(self, world: int = 0) -> Snapshot:
         """Return the bodies of a world now."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,3 +61,16 @@ class WallState:
     spin: np.ndarray
     force: np.ndarray
     torque: np.ndarray
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What one would see at one time: the grains, and the walls that are there.
+
+    Args:
+        snapshot: the grains.
+        walls: name → centre of its motion now [m], of every wall that has not been taken away.
+    """
+
+    snapshot: Snapshot
+    walls: Mapping[str, np.ndarray]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -18,8 +18,12 @@ class Stepper:
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
 
-    def run(self, worlds: int) -> None:
+    def run(self, worlds: int, between: Callable[[], None] | None = None) -> None:
         """Advance all worlds to their targets, or to where they stop.
+
+        Args:
+            worlds: how many there are.
+            between: called after each launch; every world is then at the end of a step.
 
         Raises:
             SimulationError: a launch brought no world forward, which would otherwise go on for ever.
@@ -41,6 +45,8 @@ class Stepper:
                 raise SimulationError(
                     f"No world moved on; {waiting.tolist()} steps are left. This is a fault of the engine."
                 )
+            if between:
+                between()
 
 
 def steps_left(rows: Mapping[str, np.ndarray]) -> np.ndarray:

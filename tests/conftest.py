@@ -32,9 +32,8 @@ def _runtime():
     runtime.start()
 
 
-@pytest.fixture(scope="session", autouse=True)
-def _few_engines():
-    """Round sizes up to the common ones (an engine larger than its scene gives the same bits)."""
+def share_engines():
+    """Round sizes up from here on; return what rounded them before. Processes that a test starts call it themselves."""
     exact = Sizes.rounded
 
     def rounded(self: Sizes) -> Sizes:
@@ -42,6 +41,13 @@ def _few_engines():
         return Sizes(**{n: max(getattr(own, n), COMMON_SIZES.get(n, 1)) for n in own.__dataclass_fields__})
 
     Sizes.rounded = rounded
+    return exact
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _few_engines():
+    """Round sizes up to the common ones (an engine larger than its scene gives the same bits)."""
+    exact = share_engines()
     yield
     Sizes.rounded = exact
 

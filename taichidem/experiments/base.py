@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,9 +13,10 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from taichidem.effects import BodyGravity
 from taichidem.errors import InputError, TaichidemError, unknown_name
 from taichidem.grain import Grain
-from taichidem.procedure import Frame, Procedure, World, play
+from taichidem.keeper import EVERY
+from taichidem.procedure import Frame, Procedure, World
 from taichidem.scene import Model, Scene
-from taichidem.simulation import Simulation, Snapshot
+from taichidem.simulation import Snapshot
 from taichidem.units import Length, quantity
 from taichidem.walls import Wall
 
@@ -191,6 +193,8 @@ class Experiment:
         schedule: str = "worlds",
         report: Callable[[float], None] | None = None,
         frames: float | None = None,
+        checkpoint: str | Path | None = None,
+        checkpoint_every: float = EVERY,
     ) -> list[Outcome]:
         """Run one world per seed (and per model, where several are given: then one seed each) and measure them all.
 
@@ -198,9 +202,12 @@ class Experiment:
             schedule: "worlds" or "particles", as for `Simulation`.
             report: called with the share done.
             frames: interval [s] at which frames are kept for a movie; the end alone where left out.
+            checkpoint: file into which the state is written on the way. Where it is there already, the run goes on from
+                it; when the run has been measured, it is deleted.
+            checkpoint_every: wall time between two checkpoints [s].
 
         Raises:
-            InputError: numbers of models and seeds that do not fit together.
+            InputError: numbers of models and seeds that do not fit together, or a checkpoint of another run.
         """
         models = [models] * len(seeds) if isinstance(models, Model) else list(models)
         if not seeds or len(models) != len(seeds):
@@ -209,68 +216,24 @@ class Experiment:
             )
         if not all(isinstance(seed, (int, np.integer)) and seed >= 0 for seed in seeds):
             raise InputError(f"seeds are {list(seeds)!r}; give whole numbers from 0.")
-        return run_together([self] * len(seeds), models, seeds, schedule=schedule, report=report, frames=frames)
+        from taichidem.experiments.together import run_together
 
-    def _outcome(self, world: World, seed: int) -> Outcome:
+        options: dict[str, Any] = {"schedule": schedule, "report": report, "frames": frames}
+        options |= {"checkpoint": checkpoint, "checkpoint_every": checkpoint_every}
+        return run_together([self] * len(seeds), models, seeds, **options)
+
+    def outcome(self, world: World, seed: int) -> Outcome:
+        """Return what a world gave whose procedure has ended."""
         failure = world.failure or world.simulation.failure(world.number)
         if failure:
             return Outcome({}, seed, failure, frames=tuple(world.frames))
-        end = world.frame()
+        end = world.seen()
         snapshot, frames = end.snapshot, (*world.frames, end)
         try:
             observables, details = self.measure(snapshot, world.record)
         except (TaichidemError, ValueError) as error:
             return Outcome({}, seed, f"The end state can't be measured: {error}", snapshot, frames=frames)
         return Outcome(observables, seed, None, snapshot, details, frames)
-
-
-def run_together(
-    experiments: Sequence[Experiment],
-    models: Sequence[Model],
-    seeds: Sequence[int],
-    *,
-    schedule: str = "worlds",
-    report: Callable[[float], None] | None = None,
-    frames: float | None = None,
-) -> list[Outcome]:
-    """Run one world per experiment, model and seed, all of them side by side, and measure them.
-
-    Args:
-        experiments: of one type, which may differ in their settings.
-        models: one per experiment, of one composition of effects; those of another kind of grains run after the others.
-        seeds: one per experiment.
-        schedule, report, frames: as for `Experiment.run`.
-    """
-    jobs = [(p, m, seed) for e, m, seed in zip(experiments, models, seeds, strict=True) for p in e.parts()]
-    scenes = [part.scene(m) for part, m, _ in jobs]
-    outcomes: dict[int, Outcome] = {}
-    groups = [[k for k, s in enumerate(scenes) if s.kind == kind] for kind in dict.fromkeys(s.kind for s in scenes)]
-    for group in groups:  # one engine knows one kind of grains
-        told = _partly(report, len(outcomes) / len(jobs), len(group) / len(jobs))
-        found = _side_by_side([jobs[k] for k in group], [scenes[k] for k in group], schedule, told, frames)
-        outcomes |= dict(zip(group, found, strict=True))
-    each = iter([outcomes[k] for k in range(len(jobs))])
-    return [e.combine([next(each) for _ in e.parts()]) for e in experiments]
-
-
-def _partly(report: Callable[[float], None] | None, before: float, share: float) -> Callable[[float], None] | None:
-    """Return a report for a part of the work, of which some is done before."""
-    return None if report is None else lambda done: report(before + share * done)
-
-
-def _side_by_side(
-    jobs: Sequence[tuple[Experiment, Model, int]],
-    scenes: Sequence[Scene],
-    schedule: str,
-    report: Callable[[float], None] | None,
-    frames: float | None,
-) -> list[Outcome]:
-    """Run scenes of one kind of grains as worlds of one simulation and measure them."""
-    simulation = Simulation(scenes, schedule)
-    worlds = [World(simulation, k, np.random.default_rng(seed)) for k, (_, _, seed) in enumerate(jobs)]
-    procedures = [part.procedure(w, m) for w, (part, m, _) in zip(worlds, jobs, strict=True)]
-    play(simulation, procedures, worlds, report, frames)
-    return [part._outcome(world, seed) for world, (part, _, seed) in zip(worlds, jobs, strict=True)]
 
 
 def _explain(experiment: Experiment, error: ValidationError) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -134,8 +135,7 @@ class FreeFall(Experiment):
         for time in sorted(self.settings.time):
             yield from wait(world, time - now, last)
             now = time
-            ball = world.snapshot()
-            world.note(time=time, height=_height_at(time, ball))
+            world.note(time=time, height=world.look(partial(_height_at, time)))
 
     def measure(self, snapshot: Snapshot, record: Mapping[str, list]) -> tuple[dict[str, float], dict[str, Any]]:
         heights = dict(zip(record["time"], record["height"], strict=True))

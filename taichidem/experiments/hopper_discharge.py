@@ -134,8 +134,11 @@ class HopperDischarge(Experiment):
 
 def _note_what_remains(world: World) -> int:
     """Note time [s], number and mass [kg] of the grains above the outlet; return their number."""
-    grains = world.snapshot()
-    above = grains.position[:, 2] > 0
-    count = int(np.count_nonzero(above))
-    world.note(time=world.time, count=count, mass=float(grains.mass[above].sum()))
+    count, mass = world.look(_above_outlet)
+    world.note(time=world.time, count=count, mass=mass)
     return count
+
+
+def _above_outlet(grains: Snapshot) -> tuple[int, float]:
+    above = grains.position[:, 2] > 0
+    return int(np.count_nonzero(above)), float(grains.mass[above].sum())

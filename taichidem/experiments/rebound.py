@@ -70,9 +70,9 @@ class Rebound(Experiment):
         while world.time < longest:
             yield max(scene.dt, crossing / LOOKS)
             world.progress = world.time / longest
-            ball = world.snapshot()
-            if ball.velocity[0, 2] > 0 and ball.position[0, 2] >= (1 + GAP) * radius:
-                world.note(rebound_speed=float(ball.velocity[0, 2]))
+            height, speed = world.look(lambda ball: (float(ball.position[0, 2]), float(ball.velocity[0, 2])))
+            if speed > 0 and height >= (1 + GAP) * radius:
+                world.note(rebound_speed=speed)
                 return
 
     def measure(self, snapshot: Snapshot, record: Mapping[str, list]) -> tuple[dict[str, float], dict[str, Any]]:

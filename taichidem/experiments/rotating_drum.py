@@ -91,7 +91,7 @@ class RotatingDrum(Experiment):
         yield from wait(world, s.spin_up_time, total)
         for pause in wait(world, s.averaging_time, total, SAMPLE_INTERVAL):
             yield pause
-            world.note(frame=world.snapshot().position[:, [0, 2]])
+            world.note(frame=world.look(lambda grains: grains.position[:, [0, 2]]))
 
     def measure(self, snapshot: Snapshot, record: Mapping[str, list]) -> tuple[dict[str, float], dict[str, Any]]:
         s = self.settings

@@ -15,7 +15,8 @@ import pandas as pd
 
 from taichidem import runtime
 from taichidem.errors import CompositionError, EnvironmentProblem, InputError, TaichidemError
-from taichidem.experiments.base import Experiment, Outcome, run_together
+from taichidem.experiments.base import Experiment, Outcome
+from taichidem.experiments.together import run_together
 from taichidem.physics_version import PHYSICS_VERSION
 from taichidem.scene import Model
 from taichidem.study.content_hash import canonical, canonical_json, experiment_as_dict, model_as_dict, run_key

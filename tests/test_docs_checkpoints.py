@@ -1,0 +1,53 @@
+"""What docs/checkpoints.md shows works."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from taichidem.cli import app
+from taichidem.experiments import BUILT_IN
+from tests.experiments.planted import SMALL, granules
+
+PAGE = (Path(__file__).parents[1] / "docs" / "checkpoints.md").read_text(encoding="utf-8")
+PYTHON = re.findall(r"```python\n(.*?)```", PAGE, flags=re.S)
+
+
+@pytest.mark.parametrize("block", PYTHON, ids=range(len(PYTHON)))
+def test_python_blocks_run(block, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "checkpoints.md", "exec"), {})
+    assert capsys.readouterr().out.strip()
+
+
+def test_the_file_of_a_test_is_gone_at_the_end(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(PYTHON[0], "checkpoints.md", "exec"), {})
+    assert capsys.readouterr().out.split()[-1] == "False"
+
+
+@pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, flags=re.M))
+def test_commands_and_options_exist(command):
+    _, name, *arguments = shlex.split(command)
+    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"})
+    assert shown.exit_code == 0, shown.output
+    for option in (a for a in arguments if a.startswith("-")):
+        assert option in shown.output, option
+
+
+def test_the_size_it_names(tmp_path, monkeypatch):
+    from taichidem.keeper import Keeper
+
+    sizes = []
+    write = Keeper._write
+    monkeypatch.setattr(
+        Keeper, "_write", lambda self, course: (write(self, course), sizes.append(self.path.stat().st_size))
+    )
+    settings = SMALL["lifting_cylinder"] | {"rest_time": 0.05}
+    BUILT_IN["lifting_cylinder"](**settings).run(granules(), [1], checkpoint=tmp_path / "state", checkpoint_every=0)
+    told = float(re.search(r"some ([\d.]+) kB a grain", PAGE).group(1))
+    assert max(sizes) / settings["particles"] / 1000 == pytest.approx(told, rel=0.6)
