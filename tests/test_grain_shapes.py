@@ -18,7 +18,7 @@ from taichidem.shapes import Superquadric
 from taichidem.shapes.outlines import Outlines, highest_point
 from taichidem.simulation import Simulation
 from taichidem.study import Run, RunStore, run_all, with_values
-from taichidem.study.campaign import batches
+from taichidem.study.execution import batches
 from taichidem.study.hypothesis import Hypothesis
 from tests.clump import Row
 
