@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -155,8 +156,8 @@ def discover(
         _told_when_stopped(read, store),
         progress(quiet=as_json) as report,
     ):
-        sizes = {"most": most, "effect_rows": effect_rows, "base_rows": base_rows}
-        found = discover_effects(read, names, store, output, report, **sizes, executor=executor)
+        discover_here = partial(discover_effects, effect_rows=effect_rows, base_rows=base_rows, executor=executor)
+        found = discover_here(read, names, store, output, report, most=most)
     if as_json:
         typer.echo(found.to_json())
         return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Iterator
 from concurrent.futures import Executor
@@ -62,6 +63,7 @@ def _local_cluster(distributed: Any) -> Any:
         threads_per_worker=1,
         processes=True,
         dashboard_address=None,
+        silence_logs=logging.CRITICAL,  # what a dead worker means for the runs is told in the table
         env={"TAICHIDEM_THREADS": "1"},
         scheduler_kwargs={"allowed_failures": 0},  # we try again ourselves, each run alone
     )

@@ -23,7 +23,9 @@ from concurrent.futures import (
     ThreadPoolExecutor,
     wait,
 )
+from contextlib import contextmanager
 from itertools import islice
+from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for_end
 from typing import Any
 
@@ -37,7 +39,7 @@ from taichidem.study.run_store import StoredRun
 IN_FLIGHT = 512  # batches that are with an executor at once, unless it says another number itself
 KEPT = "What was finished is in the store; the same command goes on."
 
-# Taichi's kernels must not be launched by two threads at once, which executors of threads and Dask's workers would do.
+# Taichi is for the thread that started it, and workers of Dask give each call to any of several.
 _lane = ThreadPoolExecutor(1, "taichidem")
 
 
@@ -63,14 +65,16 @@ class SpawnedProcesses(Executor):
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future:
         """Send a call to a worker, if need be to a new pool in the place of a broken one."""
-        try:
-            return self._started().submit(fn, *args, **kwargs)
-        except BrokenExecutor:
-            self.kill()
-            return self._started().submit(fn, *args, **kwargs)
+        with _interrupts_held_back():
+            try:
+                return self._started().submit(fn, *args, **kwargs)
+            except BrokenExecutor:
+                self.kill()
+                return self._started().submit(fn, *args, **kwargs)
 
     def _started(self) -> ProcessPoolExecutor:
         if self._pool is None:
+            resource_tracker.ensure_running()  # else the first start of a process would do it, and let interrupts through
             # A process that has started Taichi must not be forked.
             spawn = multiprocessing.get_context("spawn")
             self._pool = ProcessPoolExecutor(self.workers, spawn, _begin, (self.threads,))
@@ -95,6 +99,19 @@ class SpawnedProcesses(Executor):
             self.shutdown()
         else:
             self.kill()  # Ctrl-C shall not wait for minutes
+
+
+@contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """Keep Ctrl-C from processes that are started meanwhile, for good, and from this one until the end of the block."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin(threads: int) -> None:

@@ -241,6 +241,13 @@ def test_a_rebound_keeps_its_restitution_unless_grains_are_sticky():
     assert moved["shift"] < -0.02
 
 
+def test_command_simulates_on_a_cluster(folder, command, elsewhere):
+    arguments = ("--factors", "1,2", "--seeds", "2", "--tests", "heap", "--cluster", "tcp://node1:8786")
+    assert command("coarse-grain", folder, *arguments)[0] == 0
+    assert elsewhere == ["tcp://node1:8786"]
+    assert len(Grainy.simulated) == 4
+
+
 def test_command_prints_a_table_and_json(folder, command):
     arguments = ("coarse-grain", folder, "--factors", "1,2", "--seeds", "4", "--tests", "heap", "-o", folder / "out")
     code, out, _ = command(*arguments)

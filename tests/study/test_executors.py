@@ -65,7 +65,7 @@ def wait_until(condition, seconds=30.0):
         time.sleep(0.005)
 
 
-class Counting(Executor):
+class Counting(Executor):  # for runs that need no engine; whoever uses it says how many worlds are a batch
     """A thread per batch, which knows how many batches it held at most."""
 
     in_flight = 3
@@ -101,14 +101,20 @@ def test_spawned_processes_give_the_same_rows(store, tmp_path, pool):
     assert 1 <= len(Quick.batches) <= 10  # those of `here`; what the pool did was done elsewhere
 
 
-@pytest.mark.parametrize("kind", ["spawned", "threads"])
-def test_a_real_heap_gives_the_same_bits_wherever_it_is_poured(store, tmp_path, pool, kind):
+def test_a_real_heap_gives_the_same_bits_in_a_process_of_its_own(store, tmp_path, pool):
     model = script_runs(2, 0.0)[0].model
-    runs = [Run(small_pour(), model, seed) for seed in (1, 2, 3)]
-    other = pool if kind == "spawned" else ThreadPoolExecutor(2)
-    table = run_all(runs, store, worlds=2, executor=other)
+    runs = [Run(small_pour(), model, seed) for seed in (1, 2)]
+    table = run_all(runs, store, worlds=2, executor=pool)
     assert set(table["status"]) == {"done"}, list(table["reason"])
     assert rows_of(store) == here(runs, tmp_path)
+
+
+def test_threads_of_a_process_in_which_taichi_runs_are_refused(store):
+    told = "Taichi was started by another thread of this process.*in processes of their own"
+    for options in ({}, {"worlds": 1}):
+        with ThreadPoolExecutor(2) as threads, pytest.raises(EnvironmentProblem, match=told):
+            run_all([Run(small_pour(), script_runs(2, 0.0)[0].model, 1)], store, executor=threads, **options)
+    assert len(store) == 0
 
 
 def test_rows_are_written_as_each_batch_ends(store, tmp_path, pool, monkeypatch):
@@ -218,14 +224,14 @@ def test_an_executor_that_was_shut_down(store):
             return dropped
 
     with pytest.raises(EnvironmentProblem, match="it was shut down, or its scheduler is gone"):
-        run_all(made(range(3)), store, executor=Dropping())
+        run_all(made(range(3)), store, worlds=1, executor=Dropping())
 
 
 @pytest.mark.parametrize("error", [CompositionError("they exclude each other"), EnvironmentProblem("no device")])
 def test_a_fault_of_all_runs_ends_the_campaign(store, monkeypatch, error):
     monkeypatch.setitem(Quick.errors, "error", error)
     with ThreadPoolExecutor(1) as threads, pytest.raises(type(error), match=str(error)):
-        run_all(made([1, 2], broken="error"), store, executor=threads)
+        run_all(made([1, 2], broken="error"), store, worlds=2, executor=threads)
     assert len(store) == 0
 
 
@@ -234,7 +240,7 @@ def test_what_cannot_be_sent_is_said(store):
         pass
 
     with pytest.raises(InputError, match=r"A run of quick can't be sent to a worker: .*at the top of a module"):
-        run_all([Run(Hidden(width=0.04), made([1])[0].model, 1)], store, executor=Counting())
+        run_all([Run(Hidden(width=0.04), made([1])[0].model, 1)], store, worlds=1, executor=Counting())
 
 
 def test_a_worker_without_the_package_says_so():
@@ -246,7 +252,7 @@ def test_a_worker_without_the_package_says_so():
 def test_a_worker_with_another_physics_is_refused(store, monkeypatch):
     monkeypatch.setattr(executors, "PHYSICS_VERSION", "0")
     with pytest.raises(EnvironmentProblem, match=r"computes with version .* this process with 0\. Install the same"):
-        run_all(made([1]), store, executor=Counting())
+        run_all(made([1]), store, worlds=1, executor=Counting())
 
 
 def test_threads_of_a_worker(pool):
