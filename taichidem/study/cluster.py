@@ -62,7 +62,7 @@ def _local_cluster(distributed: Any) -> Any:
         n_workers=runtime.cores(),
         threads_per_worker=1,
         processes=True,
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",  # any free port, which no other machine sees
         silence_logs=logging.CRITICAL,  # what a dead worker means for the runs is told in the table
         env={"TAICHIDEM_THREADS": "1"},
         scheduler_kwargs={"allowed_failures": 0},  # we try again ourselves, each run alone

@@ -32,7 +32,11 @@ def cluster(log):
     """Two workers, each with a nanny that starts it again; they log what they simulate."""
     from distributed import LocalCluster
 
-    options = {"dashboard_address": None, "silence_logs": logging.CRITICAL, "scheduler_kwargs": {"allowed_failures": 0}}
+    options = {
+        "dashboard_address": "127.0.0.1:0",
+        "silence_logs": logging.CRITICAL,
+        "scheduler_kwargs": {"allowed_failures": 0},
+    }
     with LocalCluster(
         n_workers=2, threads_per_worker=1, env={"TAICHIDEM_THREADS": "1", LOG: str(log)}, **options
     ) as made:
@@ -92,7 +96,7 @@ def test_a_worker_s_threads_are_those_that_dask_gives_it(monkeypatch):
     from distributed import Client
 
     monkeypatch.delenv("TAICHIDEM_THREADS", raising=False)
-    with Client(n_workers=1, threads_per_worker=2, dashboard_address=None) as client:
+    with Client(n_workers=1, threads_per_worker=2, dashboard_address="127.0.0.1:0") as client:
         assert threads_of(client.get_executor()) == 2
 
 
