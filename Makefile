@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test lint slow gpu validate bench bench-pass heap-table spheroid-heap coarse-heap agreement sensitivity planted-truth clean
+.PHONY: demo test lint slow gpu validate bench bench-pass bench-campaign heap-table spheroid-heap coarse-heap agreement sensitivity planted-truth clean
 
 demo: $(READY)
 	$(BIN)/taichidem demo --output demo
@@ -32,6 +32,9 @@ bench: $(READY)
 
 bench-pass: $(READY)
 	$(BIN)/python -m benchmarks.bench_pass
+
+bench-campaign: $(READY)
+	$(BIN)/python -m benchmarks.campaign
 
 heap-table: $(READY)
 	$(BIN)/python -m benchmarks.heap_table

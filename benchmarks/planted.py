@@ -20,7 +20,8 @@ import tomlkit
 
 from taichidem.scene import Model
 from taichidem.study import RunStore, Study, read_study, run_all
-from taichidem.study.campaign import Run, study_runs
+from taichidem.study.campaign import study_runs
+from taichidem.study.execution import Run
 from taichidem.study.hypothesis import Hypotheses
 
 REPEATS = 4

@@ -72,10 +72,19 @@ def peak_memory(process: int | str = "self") -> float:
 
     `getrusage` would not do: across fork and exec a child inherits its parent's peak.
     """
+    return _memory("VmHWM", process)
+
+
+def resident_memory(process: int | str = "self") -> float:
+    """Return the resident memory of a process now [MB]; NaN if unknown."""
+    return _memory("VmRSS", process)
+
+
+def _memory(field: str, process: int | str) -> float:
     try:
         with open(f"/proc/{process}/status") as file:
             for line in file:
-                if line.startswith("VmHWM:"):
+                if line.startswith(f"{field}:"):
                     return int(line.split()[1]) / 1024
     except OSError:
         pass

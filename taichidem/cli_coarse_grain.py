@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +14,8 @@ from rich.table import Table
 
 from taichidem.cli_progress import progress
 from taichidem.cli_simulate import parse_seeds
-from taichidem.cli_simulate_study import told_when_stopped
+from taichidem.cli_simulate_study import print_counts, told_when_stopped
+from taichidem.cli_workers import Cluster, Workers, executor_of
 from taichidem.errors import InputError
 
 if TYPE_CHECKING:
@@ -53,6 +55,8 @@ def coarse_grain(
         Path | None,
         typer.Option(metavar="FOLDER", help="Write a study with grains of --factor times the size; run nothing."),
     ] = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print coarse_graining.json and nothing else.")] = False,
 ) -> None:
     """Run a study's tests with grains of several sizes that stand in for the real ones, and say which observables moved.
@@ -70,9 +74,9 @@ def coarse_grain(
         _write(read, factor, write, as_json)
         return
     names = None if tests is None else [name.strip() for name in tests.split(",") if name.strip()]
-    result, file = _checked(
-        read, (parse_factors(factors), parse_seeds(seeds), names, coverage), output, store, retry_failed, as_json
-    )
+    asked = (parse_factors(factors), parse_seeds(seeds), names, coverage)
+    with executor_of(workers, cluster) as executor:
+        result, file = _checked(read, asked, output, store, retry_failed, as_json, executor)
     if as_json:
         typer.echo(result.to_json())
     else:
@@ -90,7 +94,13 @@ def parse_factors(text: str) -> list[float]:
 
 
 def _checked(
-    read: Study, asked: Any, output: Path | None, store: Path | None, retry_failed: bool, quiet: bool
+    read: Study,
+    asked: Any,
+    output: Path | None,
+    store: Path | None,
+    retry_failed: bool,
+    quiet: bool,
+    executor: Executor | None,
 ) -> tuple[CoarseGrainingCheck, Path]:
     from taichidem.study import RunStore
     from taichidem.study.campaign import STORE
@@ -103,7 +113,7 @@ def _checked(
     file = store or read.path / STORE
     runs = [run for _, run in plan.runs]
     with RunStore(file) as opened, told_when_stopped(runs, opened), progress(quiet=quiet) as report:
-        return carried_out(plan, opened, folder, report, retry_failed=retry_failed), file
+        return carried_out(plan, opened, folder, report, retry_failed=retry_failed, executor=executor), file
 
 
 def _write(read: Study, factor: float, folder: Path, as_json: bool) -> None:
@@ -143,11 +153,7 @@ def _print(result: CoarseGrainingCheck, file: Path) -> None:
         typer.echo(f"{row['experiment']} at s = {row['factor']:g}{seed}: {row['reason']}")
     if len(result.failures) > MOST_REASONS:
         typer.echo(f"… and {len(result.failures) - MOST_REASONS} more; --json lists them all.")
-    runs = result.runs
-    typer.echo(
-        f"{runs['stored'] + runs['new']} runs: {runs['stored']} were in the store, {runs['new']} simulated now; "
-        f"{runs['failed']} failed. Store: {file}"
-    )
+    print_counts(result.runs, file)
     for name in (result.file, *result.pictures.values()):
         typer.echo(f"wrote {result.folder / name}")
 

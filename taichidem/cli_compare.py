@@ -13,7 +13,8 @@ from rich.table import Table
 
 from taichidem.cli_progress import progress
 from taichidem.cli_simulate import parse_seeds
-from taichidem.cli_simulate_study import print_failures, told_when_stopped
+from taichidem.cli_simulate_study import print_counts, print_failures, told_when_stopped
+from taichidem.cli_workers import Cluster, Workers, executor_of
 
 if TYPE_CHECKING:
     from taichidem.study import Comparison
@@ -38,6 +39,8 @@ def compare(
         Path | None, typer.Option(help="File that keeps the runs; runs.sqlite in the study's folder where left out.")
     ] = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run again what failed before.")] = False,
+    workers: Workers = None,
+    cluster: Cluster = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print comparison.json and nothing else.")] = False,
 ) -> None:
     """Hold every measurement of a study against its simulation: errors, χ², which fail, and what the misfit follows."""
@@ -50,8 +53,13 @@ def compare(
     checked(read)  # before a store is made
     runs = study_runs(read, None, numbers)
     file = store or read.path / STORE
-    with RunStore(file) as opened, told_when_stopped(runs, opened), progress(quiet=as_json) as report:
-        result = compare_study(read, numbers, opened, output, report, retry_failed=retry_failed)
+    with (
+        executor_of(workers, cluster) as executor,
+        RunStore(file) as opened,
+        told_when_stopped(runs, opened),
+        progress(quiet=as_json) as report,
+    ):
+        result = compare_study(read, numbers, opened, output, report, retry_failed=retry_failed, executor=executor)
     if as_json:
         typer.echo(result.to_json())
     else:
@@ -66,11 +74,8 @@ def _print(result: Comparison, file: Path) -> None:
     typer.echo(result.text + "\n")
     for line in result.advice:
         typer.echo(f"Next: {line}")
-    runs = result.runs
-    typer.echo(
-        f"\n{runs['stored'] + runs['new']} runs: {runs['stored']} were in the store, {runs['new']} simulated now; "
-        f"{runs['failed']} failed. Store: {file}"
-    )
+    typer.echo()
+    print_counts(result.runs, file)
     print_failures(list(result.failures))
     for name in ("comparison.json", "comparison.csv", *result.pictures.values()):
         typer.echo(f"wrote {result.folder / name}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,7 +15,8 @@ from rich.table import Table
 
 from taichidem.cli_progress import progress
 from taichidem.cli_simulate import parse_seeds
-from taichidem.cli_simulate_study import print_failures, told_when_stopped
+from taichidem.cli_simulate_study import print_counts, print_failures, told_when_stopped
+from taichidem.cli_workers import Cluster, Workers, executor_of
 
 if TYPE_CHECKING:
     from taichidem.study import Addition, Diagnosis, RunStore, Study
@@ -58,6 +60,8 @@ def diagnose(
         str | None, typer.Option(help="Types of tests that might be made next, simulated too; 'none' for none of them.")
     ] = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run again what failed before.")] = False,
+    workers: Workers = None,
+    cluster: Cluster = None,
     as_json: Json = False,
 ) -> None:
     """Re-calibrate the model, put every effect that it lacks on trial, and come to one verdict of five."""
@@ -67,7 +71,12 @@ def diagnose(
     read, names, numbers = _read(study), _names(effects), parse_seeds(seeds)
     new = () if new_tests == "none" else _names(new_tests)
     runs = plan(read, names, numbers, effect_rows, base_rows, new).runs  # what is wrong is told before a store is made
-    with _store(read, store) as opened, told_when_stopped(runs, opened), progress(quiet=as_json) as report:
+    with (
+        executor_of(workers, cluster) as executor,
+        _store(read, store) as opened,
+        told_when_stopped(runs, opened),
+        progress(quiet=as_json) as report,
+    ):
         found = diagnose_study(
             read,
             names,
@@ -79,6 +88,7 @@ def diagnose(
             base_rows=base_rows,
             new_tests=new,
             retry_failed=retry_failed,
+            executor=executor,
         )
     if as_json:
         typer.echo(found.to_json())
@@ -96,14 +106,22 @@ def add(
     store: Store = None,
     effect_rows: Rows = None,
     base_rows: BaseRows = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
     as_json: Json = False,
 ) -> None:
     """Write a study with the effect in the model, re-calibrated with it by simulation, and watch the error fall."""
     from taichidem.study import add as add_effect
 
     read = _read(study)
-    with _told_when_stopped(read, store), progress(quiet=as_json) as report:
-        found = add_effect(read, effect, output, store, report, effect_rows=effect_rows, base_rows=base_rows)
+    with (
+        executor_of(workers, cluster) as executor,
+        _told_when_stopped(read, store),
+        progress(quiet=as_json) as report,
+    ):
+        found = add_effect(
+            read, effect, output, store, report, effect_rows=effect_rows, base_rows=base_rows, executor=executor
+        )
     if as_json:
         typer.echo(found.to_json())
         return
@@ -125,16 +143,21 @@ def discover(
     most: Annotated[int, typer.Option(help="Effects that may be added.", min=1)] = 3,
     effect_rows: Rows = None,
     base_rows: BaseRows = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
     as_json: Json = False,
 ) -> None:
     """Diagnose and add until nothing is missing or nothing helps, then check that each added effect is still needed."""
     from taichidem.study import discover as discover_effects
 
     read, names = _read(study), _names(effects)
-    with _told_when_stopped(read, store), progress(quiet=as_json) as report:
-        found = discover_effects(
-            read, names, store, output, report, most=most, effect_rows=effect_rows, base_rows=base_rows
-        )
+    with (
+        executor_of(workers, cluster) as executor,
+        _told_when_stopped(read, store),
+        progress(quiet=as_json) as report,
+    ):
+        discover_here = partial(discover_effects, effect_rows=effect_rows, base_rows=base_rows, executor=executor)
+        found = discover_here(read, names, store, output, report, most=most)
     if as_json:
         typer.echo(found.to_json())
         return
@@ -229,10 +252,8 @@ def print_addition(found: Addition) -> None:
 
 
 def _print_end(runs: Mapping[str, int], failures: Any, folder: Path, files: list[str]) -> None:
-    typer.echo(
-        f"\n{runs['stored'] + runs['new']} runs: {runs['stored']} were in the store, {runs['new']} simulated now; "
-        f"{runs['failed']} failed."
-    )
+    typer.echo()
+    print_counts(runs)
     print_failures([{**row, "stored": False} for row in failures])
     for name in files:
         typer.echo(f"wrote {folder / name}")

@@ -17,7 +17,9 @@ from taichidem.cli_drawn import Drawn
 from taichidem.cli_kept import Kept
 from taichidem.cli_progress import progress
 from taichidem.cli_shape import parse_shape
+from taichidem.cli_workers import Cluster, Workers, executor_of
 from taichidem.errors import InputError
+from taichidem.whole_file import write_whole
 
 MOST_SEEDS = 100_000  # a larger count is a seed that lacks its comma
 
@@ -107,6 +109,8 @@ def simulate(
             help="Time on the clock between two checkpoints, such as '5 min'; that where left out.",
         ),
     ] = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")] = False,
 ) -> None:
     """Run the experiments of a study into its run store (4 seeds unless told otherwise) and print what they measure.
@@ -126,9 +130,11 @@ def simulate(
         _refuse("a study; they show a single experiment, given by its name", drawn.options())
         _refuse("a study, whose store keeps every run; it is for a single experiment", kept.options())
         numbers = parse_seeds(seeds or "4")
-        cli_simulate_study.simulate_study(what, experiments, numbers, store, retry_failed, as_json)
+        with executor_of(workers, cluster) as executor:
+            cli_simulate_study.simulate_study(what, experiments, numbers, store, retry_failed, as_json, executor)
     elif what in plugins.names("experiment"):
         options = {"--experiments": experiments, "--store": store, "--retry-failed": retry_failed}
+        options |= {"--workers": workers is not None, "--cluster": cluster is not None}
         _refuse("a single experiment; they belong to a study", options)
         numbers = parse_seeds(seeds or "1")
         _simulate_experiment(what, setting or [], parameter or [], shape, numbers, output, drawn, kept, as_json)
@@ -177,7 +183,7 @@ def _simulate_experiment(
     }
     if folder is not None:
         write_seeds(folder, outcomes)
-        (folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
+        write_whole(folder / "result.json", json.dumps(result, indent=2) + "\n")
     if as_json:
         typer.echo(json.dumps(result, indent=2))
     else:

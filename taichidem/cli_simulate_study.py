@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +21,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from taichidem.study import RunStore, Study
-    from taichidem.study.campaign import Run
+    from taichidem.study.execution import Run
 
+RUN_FIELDS = ("key", "experiment", "type", "seed", "status", "stored", "attempts", "wall_time")  # as JSON
 MOST_REASONS = 20  # failures printed in words; the store holds all
 
 
@@ -47,7 +50,13 @@ def neither(text: str) -> InputError:
 
 
 def simulate_study(
-    path: str, experiments: str | None, seeds: list[int], store: Path | None, retry_failed: bool, as_json: bool
+    path: str,
+    experiments: str | None,
+    seeds: list[int],
+    store: Path | None,
+    retry_failed: bool,
+    as_json: bool,
+    executor: Executor | None = None,
 ) -> None:
     """Run a study and print mean and scatter of every observable, beside what was measured."""
     from taichidem.study import RunStore, read_measurements, read_study, summarise
@@ -62,7 +71,8 @@ def simulate_study(
     runs = study_runs(study, names, seeds)  # before a store is made for experiments that don't exist
     with RunStore(file) as opened, told_when_stopped(runs, opened), progress(quiet=as_json) as report:
         report("simulating", 0.0)
-        table = run_all(runs, opened, lambda share: report("simulating", share), retry_failed=retry_failed)
+        told = partial(report, "simulating")
+        table = run_all(runs, opened, told, retry_failed=retry_failed, executor=executor)
     summary = summarise(study, table, measured)
     if as_json:
         typer.echo(json.dumps(_as_dict(study, file, table, summary), indent=2))
@@ -88,7 +98,7 @@ def _as_dict(study: Study, file: Path, table: pd.DataFrame, summary: pd.DataFram
     responses = [o.name for name in study.experiments for o in study.experiment(name).observables]
     runs = [
         {
-            **{name: row[name] for name in ("key", "experiment", "type", "seed", "status", "stored", "wall_time")},
+            **{name: row[name] for name in RUN_FIELDS},
             "responses": {
                 name: row[name] for name in dict.fromkeys(responses) if name in row and row[name] == row[name]
             },
@@ -107,6 +117,8 @@ def _as_dict(study: Study, file: Path, table: pd.DataFrame, summary: pd.DataFram
 
 
 def _print(study: Study, file: Path, table: pd.DataFrame, summary: pd.DataFrame) -> None:
+    from taichidem.study.run_counts import counted
+
     shown = Table("experiment", "observable", "mean", "u (seeds)", "n", "measured", "unit", title=study.title)
     for row in summary.to_dict("records"):
         measured = f"{row['measured']:.4g} ± {row['measured_u']:.2g}" if row["measured"] == row["measured"] else "–"
@@ -114,12 +126,15 @@ def _print(study: Study, file: Path, table: pd.DataFrame, summary: pd.DataFrame)
         u = f"{row['u']:.2g}" if row["n"] > 1 else "–"
         shown.add_row(row["experiment"], row["observable"], mean, u, str(row["n"]), measured, row["unit"])
     Console().print(shown)
-    failed = table[table["status"] == "failed"]
-    there = int(table["stored"].sum())
-    typer.echo(
-        f"{len(table)} runs: {there} were in the store, {len(table) - there} simulated now; {len(failed)} failed. Store: {file}"
-    )
-    print_failures(failed.to_dict("records"))
+    print_counts(counted(table), file)
+    print_failures(table[table["status"] == "failed"].to_dict("records"))
+
+
+def print_counts(runs: Mapping[str, int], file: Path | None = None) -> None:
+    """Say how many runs were there, were made, failed or were repeated, and in which store they are."""
+    from taichidem.study.run_counts import in_words
+
+    typer.echo(in_words(runs) + ("" if file is None else f" Store: {file}"))
 
 
 def print_failures(failed: Sequence[Mapping[Any, Any]]) -> None:

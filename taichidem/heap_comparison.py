@@ -24,6 +24,7 @@ from taichidem.library import PAPER_HEAP
 from taichidem.output_vtk import write_grains, write_walls
 from taichidem.render import heap_picture
 from taichidem.scene import Model
+from taichidem.whole_file import write_whole
 
 # [deg], angle of repose of polypropylene as Sudsawat et al. (2023) print it, "30.18° ± 0.51°". They don't say what ± means;
 # it is taken as the standard uncertainty. If it were the scatter of single heaps, u_D would be smaller by √n.
@@ -121,7 +122,7 @@ def compare_heap(
     files = _write(folder, experiment, model, good[typical], pictures[typical], measured)
     files |= {f"grains_seed_{o.seed}": folder / f"grains_seed_{o.seed}.vtp" for o in good}
     result = HeapComparison(comparison, tuple(pictures), tuple(outcomes), files, experiment, model, good[typical].seed)
-    files["result"].write_text(json.dumps(result.as_dict(), indent=2) + "\n")
+    write_whole(files["result"], json.dumps(result.as_dict(), indent=2) + "\n")
     tell("writing", 1.0)
     return result
 

@@ -2,12 +2,13 @@
 
 Taichi has one runtime per process and a second `ti.init` destroys every field, so `start` may be called as often as one
 likes but refuses to change what is already running. A process that has started Taichi must not fork: its child hangs at
-its first kernel. Use the `spawn` start method.
+its first kernel. Use the `spawn` start method. One thread per process may use it, the one that started it.
 """
 
 import contextlib
 import io
 import os
+import threading
 from dataclasses import dataclass
 
 os.environ.setdefault("TI_ENABLE_TORCH", "0")  # Taichi would otherwise import torch wherever it happens to be installed
@@ -28,6 +29,7 @@ class Runtime:
 
 
 _running: Runtime | None = None
+_thread: int | None = None  # that started it
 
 
 def cores() -> int:
@@ -47,10 +49,15 @@ def start(threads: int | None = None, arch: str | None = None, debug: bool | Non
 
     Raises:
         InputError: the settings are unknown, or differ from those of the runtime that is already up.
-        EnvironmentProblem: CUDA was asked for and there is none.
+        EnvironmentProblem: CUDA was asked for and there is none, or another thread of this process started Taichi.
     """
-    global _running
+    global _running, _thread
     if _running is not None:
+        if threading.get_ident() != _thread:
+            raise EnvironmentProblem(
+                "Taichi was started by another thread of this process, and it crashes when a second one compiles for it. "
+                "Simulate in that thread, or in processes of their own, as taichidem.study.SpawnedProcesses does."
+            )
         _refuse_changes(threads, arch, debug)
         return _running
     wanted = Runtime(
@@ -69,7 +76,7 @@ def start(threads: int | None = None, arch: str | None = None, debug: bool | Non
             "arch='cuda' was asked for, but Taichi finds no usable CUDA device. Install its driver (nvidia-smi must list it), "
             "or leave arch out for the CPU."
         )
-    _running = wanted
+    _running, _thread = wanted, threading.get_ident()
     return wanted
 
 

@@ -18,7 +18,7 @@ from taichidem.library import PAPER_HEAP, polypropylene
 from taichidem.procedure import World, play
 from taichidem.simulation import Simulation, Snapshot
 from taichidem.study import Run
-from taichidem.study.campaign import stored_run
+from taichidem.study.execution import stored_run
 from tests.analysis.conftest import cone_heap
 from tests.experiments.planted import snapshot
 from tests.small_heap import SMALL

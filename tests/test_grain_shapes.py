@@ -10,7 +10,7 @@ from taichidem.effects.base import Parameter, SetupEffect
 from taichidem.effects.probe import ProbeScale
 from taichidem.errors import CompositionError, InputError
 from taichidem.experiments import BulkDensity, FixedFunnel, FreeFall, Ledge, LiftingCylinder, Rebound, RollingBall
-from taichidem.experiments.base import run_together
+from taichidem.experiments.together import run_together
 from taichidem.grain import random_rotations
 from taichidem.materials import Material
 from taichidem.scene import Model, Scene
@@ -18,7 +18,7 @@ from taichidem.shapes import Superquadric
 from taichidem.shapes.outlines import Outlines, highest_point
 from taichidem.simulation import Simulation
 from taichidem.study import Run, RunStore, run_all, with_values
-from taichidem.study.campaign import batches
+from taichidem.study.execution import batches
 from taichidem.study.hypothesis import Hypothesis
 from tests.clump import Row
 

@@ -65,6 +65,8 @@ class Outcome:
         snapshot: its grains at the end, or None when it failed.
         details: further numbers and reports of the measurement.
         frames: what one would have seen, at the intervals asked for and at the end.
+        stopped: whether the engine stopped the world for a numerical cause: it diverged, overlapped too far, or ran out of
+            room in a list. Other random numbers may fare better.
     """
 
     observables: Mapping[str, float]
@@ -73,6 +75,7 @@ class Outcome:
     snapshot: Snapshot | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
     frames: tuple[Frame, ...] = ()
+    stopped: bool = False
 
 
 GRAVITY = 9.81  # [m/s²] where a model has none
@@ -224,11 +227,13 @@ class Experiment:
 
     def outcome(self, world: World, seed: int) -> Outcome:
         """Return what a world gave whose procedure has ended."""
-        failure = world.failure or world.simulation.failure(world.number)
-        if failure:
-            return Outcome({}, seed, failure, frames=tuple(world.frames))
+        frames, stopped = tuple(world.frames), world.simulation.failure(world.number)
+        if world.failure:
+            return Outcome({}, seed, world.failure, frames=frames)
+        if stopped:  # the same run has another number in another batch, so its reason tells none
+            return Outcome({}, seed, stopped.replace(f"World {world.number}", "It", 1), frames=frames, stopped=True)
         end = world.seen()
-        snapshot, frames = end.snapshot, (*world.frames, end)
+        snapshot, frames = end.snapshot, (*frames, end)
         try:
             observables, details = self.measure(snapshot, world.record)
         except (TaichidemError, ValueError) as error:

@@ -176,7 +176,8 @@ class ShearBox(Experiment):
         loads = self.settings.normal_stresses
         failures = [f"{load:g} Pa: {o.failure}" for load, o in zip(loads, outcomes, strict=True) if o.failure]
         if failures:
-            return Outcome({}, outcomes[0].seed, " ".join(failures))
+            stopped = any(o.stopped for o in outcomes)
+            return Outcome({}, outcomes[0].seed, " ".join(failures), stopped=stopped)
         normal = np.array([o.details["normal_stress_pa"] for o in outcomes])
         steady, peak = (np.array([o.observables[ob.name] for o in outcomes]) for ob in reversed(ONE))
         slope, cohesion = np.polyfit(normal, steady, 1)

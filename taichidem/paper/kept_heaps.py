@@ -19,7 +19,7 @@ from taichidem.render import heap_picture
 from taichidem.scene import Model
 from taichidem.simulation import Simulation
 from taichidem.study import Run, StoredRun
-from taichidem.study.campaign import stored_run
+from taichidem.study.execution import stored_run
 
 POURING = "pouring_s"  # detail of a stored run: wall time of its share of the pour, compilation and measurement apart
 

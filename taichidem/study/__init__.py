@@ -3,7 +3,7 @@
 from taichidem.study.addition import Addition
 from taichidem.study.addition_run import add
 from taichidem.study.calibrate_section import Calibration
-from taichidem.study.campaign import Run, run_all, simulate
+from taichidem.study.campaign import run_all, simulate
 from taichidem.study.coarse_graining_check import check_coarse_graining, check_study
 from taichidem.study.coarse_graining_result import CoarseGrainingCheck
 from taichidem.study.coarse_graining_writer import write_coarse_grained
@@ -13,6 +13,8 @@ from taichidem.study.comparison_run import check_measured, compare
 from taichidem.study.diagnosis import Diagnosis
 from taichidem.study.diagnosis_run import diagnose
 from taichidem.study.discovery import Discovery, discover
+from taichidem.study.execution import Run
+from taichidem.study.executors import SpawnedProcesses
 from taichidem.study.init_study import init_study
 from taichidem.study.measurements import read_measurements
 from taichidem.study.parameter_key import ParameterKey, with_values
@@ -36,6 +38,7 @@ __all__ = [
     "Run",
     "RunStore",
     "SettingKey",
+    "SpawnedProcesses",
     "StoredRun",
     "Study",
     "StudyPoint",

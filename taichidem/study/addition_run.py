@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,14 +15,16 @@ import pandas as pd
 from taichidem.errors import InputError
 from taichidem.study.addition import BELIEVED, RECALIBRATED, WITH_EFFECT, Addition
 from taichidem.study.addition_study import rehearse, write_addition
-from taichidem.study.campaign import STORE, Run, run_all
+from taichidem.study.campaign import STORE, run_all
 from taichidem.study.comparison_rows import comparison_rows
 from taichidem.study.comparison_run import Report, opened, writable
 from taichidem.study.diagnosis_plan import Plan, plan
+from taichidem.study.execution import Run
 from taichidem.study.hypothesis import Hypothesis
 from taichidem.study.recalibration import FITTING_SEEDS, Estimate, Recalibrated, estimate_runs, recalibrate
 from taichidem.study.report import write_standardised_errors, write_waterfall
 from taichidem.study.result_file import RESULTS
+from taichidem.study.run_counts import counted
 from taichidem.study.run_store import RunStore
 from taichidem.study.study_file import Study, read_study
 from taichidem.study.study_writer import check_new
@@ -42,6 +44,7 @@ def add(
     fresh_seeds: Sequence[int] = FRESH_SEEDS,
     effect_rows: int | None = None,
     base_rows: int | None = None,
+    executor: Executor | None = None,
 ) -> Addition:
     """Write a study with an effect more, re-calibrated together with it by simulation, and say what that did to its errors.
 
@@ -53,6 +56,7 @@ def add(
         report: called with the stage and the share done, for a progress bar.
         fresh_seeds: on which the errors are evaluated; nothing is fitted to them.
         effect_rows, base_rows: sizes of the screening design; see `plan`. Those of the diagnosis need no new run.
+        executor: workers that simulate, as for `run_all`.
 
     Returns:
         The addition, written to the new study's results already.
@@ -71,17 +75,18 @@ def add(
     rehearse(planned, hypothesis)
     tell = report or (lambda stage, share: None)
     with opened(study, store) as kept:
-        found = recalibrate(planned, hypothesis, kept, tell)
+        found = recalibrate(planned, hypothesis, kept, tell, executor=executor)
         _check_wanted(effect, found.with_effect)
         steps = _fresh_runs(planned, hypothesis, found, fresh_seeds)
         runs = [run for rows in steps.values() for row in rows for run in row.values()]
-        fresh = run_all(runs, kept, lambda share: tell("fresh seeds", share))
+        fresh = run_all(runs, kept, lambda share: tell("fresh seeds", share), executor=executor)
         own = kept.path if store is None else None
     rows = _rows_of_steps(planned, steps, fresh)
     _check_simulated(effect, rows[WITH_EFFECT], fresh)
     write_addition(planned, hypothesis, found.with_effect.values, found.with_effect.share, target)
     if own is not None:
-        shutil.copyfile(own, target / STORE)
+        with RunStore(own) as old:
+            old.copy_to(target / STORE)
     result = _result(planned, hypothesis, found, rows, target, fresh_seeds)
     result = replace(result, **_counts(found, fresh), wall_s=time.perf_counter() - began)
     result = replace(result, pictures=_pictures(result))
@@ -250,9 +255,8 @@ def _predicted(before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
 def _counts(found: Recalibrated, fresh: pd.DataFrame) -> dict[str, Any]:
     every = pd.concat([found.outcomes, fresh], ignore_index=True).drop_duplicates("key")
     failed = every[every["status"] == "failed"]
-    stored = int(every["stored"].sum())
     return {
-        "runs": {"stored": stored, "new": len(every) - stored, "failed": len(failed)},
+        "runs": counted(every),
         "failures": failed[["experiment", "seed", "reason"]].to_dict("records"),
     }
 

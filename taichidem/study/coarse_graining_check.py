@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +16,15 @@ from taichidem.coarse_graining import CoarseGraining
 from taichidem.errors import InputError
 from taichidem.experiments.base import Experiment
 from taichidem.scene import Model
-from taichidem.study.campaign import STORE, Run, run_all
+from taichidem.study.campaign import STORE, run_all
 from taichidem.study.coarse_graining_chart import chart
 from taichidem.study.coarse_graining_result import CoarseGrainingCheck, words
 from taichidem.study.coarse_graining_rows import rows_of
 from taichidem.study.comparison_run import writable
+from taichidem.study.execution import Run
 from taichidem.study.report.chart_style import save_png
 from taichidem.study.result_file import RESULTS
+from taichidem.study.run_counts import counted
 from taichidem.study.run_store import RunStore
 from taichidem.study.study_file import Study, read_study
 
@@ -65,6 +69,7 @@ def check_coarse_graining(
     coverage: float = COVERAGE,
     store: RunStore | str | Path | None = None,
     report: Report | None = None,
+    executor: Executor | None = None,
 ) -> CoarseGrainingCheck:
     """Run experiments with grains coarse-grained by several factors and say which observables moved.
 
@@ -76,6 +81,7 @@ def check_coarse_graining(
         coverage: a shift of more than so many standard uncertainties counts as moved (wider by Student's t for few seeds).
         store: that keeps the runs, or its file; what is there isn't run again. Nothing is kept where left out.
         report: called with the stage and the share done.
+        executor: workers that simulate, as for `run_all`.
 
     Raises:
         InputError: fewer than two factors or one below 1, no seed, an effect or experiment without rules, or no test that
@@ -83,7 +89,7 @@ def check_coarse_graining(
     """
     plan = planned(by_name(experiments), model, factors, seeds, coverage)
     with _opened(store) as kept:
-        return carried_out(plan, kept, None, report)
+        return carried_out(plan, kept, None, report, executor=executor)
 
 
 def check_study(
@@ -97,6 +103,7 @@ def check_study(
     output: str | Path | None = None,
     report: Report | None = None,
     retry_failed: bool = False,
+    executor: Executor | None = None,
 ) -> CoarseGrainingCheck:
     """Check the tests of a study as `check_coarse_graining` does; write coarse_graining.json and a picture.
 
@@ -106,12 +113,13 @@ def check_study(
         store: runs.sqlite in the study's folder where left out.
         output: folder of the results; results in the study's folder where left out.
         retry_failed: run those again that failed before.
+        executor: workers that simulate, as for `run_all`.
     """
     read = study if isinstance(study, Study) else read_study(study)
     plan = study_plan(read, factors, seeds, tests, coverage)
     folder = writable(read.path / RESULTS if output is None else output)
     with _opened(read.path / STORE if store is None else store) as kept:
-        return carried_out(plan, kept, folder, report, retry_failed=retry_failed)
+        return carried_out(plan, kept, folder, report, retry_failed=retry_failed, executor=executor)
 
 
 def study_plan(
@@ -178,12 +186,13 @@ def carried_out(
     report: Report | None = None,
     *,
     retry_failed: bool = False,
+    executor: Executor | None = None,
 ) -> CoarseGrainingCheck:
     """Run a plan and return its result, written into a folder where one is given."""
     tell = report or (lambda stage, share: None)
     tell("simulating", 0.0)
     runs = [run for _, run in plan.runs]
-    done = run_all(runs, store, lambda share: tell("simulating", share), retry_failed=retry_failed)
+    done = run_all(runs, store, partial(tell, "simulating"), retry_failed=retry_failed, executor=executor)
     done["factor"] = [factor for factor, _ in plan.runs]
     table = rows_of(plan.tests, done, plan.factors, plan.masses, plan.coverage)
     failed = done[done["status"] == "failed"]
@@ -195,11 +204,7 @@ def carried_out(
         coverage=plan.coverage,
         table=table,
         failures=failures,
-        runs={
-            "stored": int(done["stored"].sum()),
-            "new": int((~done["stored"]).sum()),
-            "failed": len(failed),
-        },
+        runs=counted(done),
         text=words(table, plan.factors, plan.coverage, len(failures)),
         folder=folder,  # type: ignore[arg-type]
         pictures={} if folder is None else {"coarse_graining": PICTURE},

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import pandas as pd
 
 from taichidem.study.result_file import ResultFile
+from taichidem.whole_file import write_whole
 
 JSON_FILE, CSV_FILE = "comparison.json", "comparison.csv"
 
@@ -62,5 +63,5 @@ class Comparison(ResultFile):
 
     def save(self) -> Path:
         """Write comparison.json and comparison.csv into the folder and return the path of the first."""
-        self.table.to_csv(self.folder / CSV_FILE, index=False, encoding="utf-8")
+        write_whole(self.folder / CSV_FILE, self.table.to_csv(index=False, lineterminator="\n"))
         return super().save()

@@ -10,11 +10,12 @@ from typing import Any
 import pandas as pd
 
 from taichidem.errors import InputError
-from taichidem.study.campaign import Run
 from taichidem.study.comparison_conditions import labels, records
+from taichidem.study.execution import Run, second_seed
 from taichidem.study.measurements import PHOTOGRAPH, measurements_file
 from taichidem.study.problems import Problems
 from taichidem.study.study_file import Study
+from taichidem.whole_file import save_figure
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def heap_pictures(
         name = f"heap_{_file_name(row.label)}"
         try:
             pair = _pair(study, row, table, folder)
-            draw_pair(pair, row.label).savefig(folder / f"{name}.png")
+            save_figure(draw_pair(pair, row.label), folder / f"{name}.png")
         except FAULTS as error:  # the runs are done: one bad picture must not lose their comparison
             texts.append(f"{row.label}: photograph and simulation can't be shown side by side: {error}")
             continue
@@ -108,7 +109,8 @@ def _pair(study: Study, row: Photographed, table: pd.DataFrame, folder: Path) ->
     run = Run(study.experiment(row.experiment), study.model(), int(typical["seed"]), row.experiment)
     # The run's key in the name: grains of another model or setting are never taken for these.
     file = folder / f"grains_{_file_name(row.experiment)}_seed_{run.seed}_{run.key[:12]}.vtp"
-    grains = grains_of(run.experiment, run.model, run.seed, file)
+    seed = second_seed(run.seed) if typical["attempts"] > 1 else run.seed
+    grains = grains_of(run.experiment, run.model, seed, file)
     return measure_pair(run.experiment, grains, dict(typical), run.seed, row.files)
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +21,10 @@ from taichidem.study.comparison_rows import ANALYSER, analyse_errors, measured_p
 from taichidem.study.measurements import measurements_file, read_measurements
 from taichidem.study.problems import FileError
 from taichidem.study.result_file import RESULTS
+from taichidem.study.run_counts import counted
 from taichidem.study.run_store import RunStore
 from taichidem.study.study_file import Study, read_study
+from taichidem.whole_file import save_figure
 
 Report = Callable[[str, float], None]
 SEEDS = (1, 2, 3, 4)
@@ -35,6 +39,7 @@ def compare(
     report: Report | None = None,
     *,
     retry_failed: bool = False,
+    executor: Executor | None = None,
 ) -> Comparison:
     """Run every measured test of a study with the model as it stands and hold the results against the measurements.
 
@@ -45,6 +50,7 @@ def compare(
         output: folder for comparison.json, comparison.csv and pictures; by default results in the study's folder.
         report: called with the stage and the share done, for a progress bar.
         retry_failed: run those again that failed before.
+        executor: workers that simulate, as for `run_all`.
 
     Returns:
         The comparison, written to the folder already. A run that fails is a row of its `failures`.
@@ -62,7 +68,8 @@ def compare(
     tell = report or (lambda stage, share: None)
     tell("simulating", 0.0)
     with opened(study, store) as kept:
-        table = run_all(runs, kept, lambda share: tell("simulating", share), retry_failed=retry_failed)
+        told = partial(tell, "simulating")
+        table = run_all(runs, kept, told, retry_failed=retry_failed, executor=executor)
     found = _evaluated(study, measurements, table, folder)
     found |= _drawn(study, photographs, table, found, tell)
     del found["report"]
@@ -120,7 +127,6 @@ def _evaluated(study: Study, measurements: pd.DataFrame, table: pd.DataFrame, fo
     report = analyse_errors(values)
     rows = rows_of(values, report)
     failed = table[table["status"] == "failed"]
-    stored = int(table["stored"].sum())
     return {
         "report": report,
         "study": study.title,
@@ -132,7 +138,7 @@ def _evaluated(study: Study, measurements: pd.DataFrame, table: pd.DataFrame, fo
         "text": " ".join(report.sentences),
         "advice": tuple(report.advice),
         "failures": tuple(failed[["experiment", "seed", "reason", "stored"]].to_dict("records")),
-        "runs": {"stored": stored, "new": len(table) - stored, "failed": len(failed)},
+        "runs": counted(table),
         "folder": folder,
     }
 
@@ -153,7 +159,7 @@ def _drawn(
     tell("drawing", 0.0)
     folder, pictures = found["folder"], {}
     for name, figure in plugins.get("analyser", ANALYSER)().figures(found["report"]).items():
-        figure.savefig(folder / f"{name}.png", dpi=DOTS_PER_INCH)
+        save_figure(figure, folder / f"{name}.png", dpi=DOTS_PER_INCH)
         pictures[name] = f"{name}.png"
     heaps, texts, numbers = heap_pictures(study, photographs, table, folder, lambda share: tell("drawing", share))
     tell("drawing", 1.0)

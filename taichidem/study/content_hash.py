@@ -7,6 +7,7 @@ import json
 import math
 import sys
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from taichidem.shapes.base import GrainShape
 from taichidem.study.parameter_key import options_of, pair_name
 
 DECIMALS = 12  # of a shape's numbers
+TEXTS_KEPT = 4096  # models and experiments whose texts are remembered, some kilobytes each
 LARGEST_EXACT = 2**53  # whole numbers up to here are the same as float64
 
 
@@ -112,15 +114,52 @@ def experiment_as_dict(experiment: Experiment) -> dict[str, Any]:
     return canonical({"type": experiment.name, "settings": experiment.settings, **_version(experiment)})
 
 
+class _Same:
+    """An object by its identity, as a key of a cache that keeps it alive."""
+
+    __slots__ = ("held",)
+
+    def __init__(self, held: Any) -> None:
+        self.held = held
+
+    def __hash__(self) -> int:
+        return id(self.held)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.held is other.held
+
+
+@lru_cache(maxsize=TEXTS_KEPT)
+def _model_text(model: _Same) -> str:
+    return canonical_json(model_as_dict(model.held))
+
+
+@lru_cache(maxsize=TEXTS_KEPT)
+def _experiment_text(experiment: _Same) -> str:
+    return canonical_json(experiment_as_dict(experiment.held))
+
+
+def model_text(model: Model) -> str:
+    """Return a model as canonical JSON; computed once for all the seeds that a campaign runs it with."""
+    return _model_text(_Same(model))
+
+
+def experiment_text(experiment: Experiment) -> str:
+    """Return type and settings of an experiment as canonical JSON; computed once for all the runs of a campaign."""
+    return _experiment_text(_Same(experiment))
+
+
 def run_key(experiment: Experiment, model: Model, seed: int) -> str:
     """Return the key of a run: SHA-256 of experiment type, all settings, model, seed and physics version.
 
-    Titles, names that a study gives to its experiments and paths of files are no part of it.
+    Titles, names that a study gives to its experiments and paths of files are no part of it. What is hashed is the canonical
+    JSON of {"experiment": …, "model": …, "physics": …, "seed": …}, put together from texts that many runs share.
     """
-    content = {
-        "experiment": experiment_as_dict(experiment),
-        "model": model_as_dict(model),
-        "seed": int(seed),
-        "physics": PHYSICS_VERSION,
+    parts = {
+        "experiment": experiment_text(experiment),
+        "model": model_text(model),
+        "physics": canonical_json(PHYSICS_VERSION),
+        "seed": canonical_json(int(seed)),
     }
-    return hashlib.sha256(canonical_json(content).encode()).hexdigest()
+    content = "{" + ",".join(f'"{name}":{text}' for name, text in parts.items()) + "}"
+    return hashlib.sha256(content.encode()).hexdigest()

@@ -9,9 +9,10 @@ import pandas as pd
 
 from taichidem.errors import InputError
 from taichidem.experiments.base import Experiment
-from taichidem.study.campaign import Run, study_runs
+from taichidem.study.campaign import study_runs
 from taichidem.study.comparison_conditions import labels, observable_of
 from taichidem.study.comparison_run import SEEDS, checked
+from taichidem.study.execution import Run
 from taichidem.study.hypothesis import Hypotheses, hypotheses
 from taichidem.study.proposals import Proposal, proposals
 from taichidem.study.screening import BLOCK, EFFECT, SEED, SHARE, screening_design

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ from taichidem.study.diagnosis_plan import Plan, plan
 from taichidem.study.hypothesis import Hypothesis
 from taichidem.study.report import write_look_alikes, write_standardised_errors, write_waterfall
 from taichidem.study.result_file import RESULTS
+from taichidem.study.run_counts import counted
 from taichidem.study.run_store import RunStore
 from taichidem.study.setting_key import SettingKey
 from taichidem.study.study_file import Study, read_study
@@ -46,6 +49,7 @@ def diagnose(
     base_rows: int | None = None,
     new_tests: Iterable[str] | None = None,
     retry_failed: bool = False,
+    executor: Executor | None = None,
 ) -> Diagnosis:
     """Re-calibrate a study's model, put every effect that it lacks on trial, and come to one verdict of five.
 
@@ -58,6 +62,7 @@ def diagnose(
         report: called with the stage and the share done, for a progress bar.
         effect_rows, base_rows, new_tests: what is simulated; see `plan`.
         retry_failed: run those again that failed before.
+        executor: workers that simulate, as for `run_all`.
 
     Returns:
         The diagnosis, written to the folder already.
@@ -73,7 +78,8 @@ def diagnose(
     tell = report or (lambda stage, share: None)
     tell("simulating", 0.0)
     with opened(study, store) as runs:
-        outcomes = run_all(planned.runs, runs, lambda share: tell("simulating", share), retry_failed=retry_failed)
+        told = partial(tell, "simulating")
+        outcomes = run_all(planned.runs, runs, told, retry_failed=retry_failed, executor=executor)
     tell("analysing", 0.0)
     found = evaluate(planned, outcomes, folder)
     found = replace(found, wall_s=time.perf_counter() - began)
@@ -105,8 +111,7 @@ def evaluate(planned: Plan, outcomes: pd.DataFrame, folder: Path) -> Diagnosis:
         "p_recalibrated": numbers["p_recalibrated"],
         "p_with_effect": numbers["p_with_effect"],
     }
-    failed = outcomes[outcomes["status"] == "failed"]
-    stored = int(outcomes.drop_duplicates("key")["stored"].sum())
+    each = outcomes.drop_duplicates("key")
     return Diagnosis(
         study=study.title,
         verdict=analysed.details["verdict"],
@@ -126,8 +131,8 @@ def evaluate(planned: Plan, outcomes: pd.DataFrame, folder: Path) -> Diagnosis:
         threshold=numbers["threshold"],
         bootstrap=analysed.details["draws"],
         design=_design(planned, analysed),
-        runs={"stored": stored, "new": outcomes["key"].nunique() - stored, "failed": failed["key"].nunique()},
-        failures=failed.drop_duplicates("key")[["experiment", "seed", "reason"]].to_dict("records"),
+        runs=counted(each),
+        failures=each.loc[each["status"] == "failed", ["experiment", "seed", "reason"]].to_dict("records"),
         assumptions=ASSUMPTIONS,
         wall_s=0.0,
         folder=folder,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -69,6 +70,7 @@ def discover(
     most: int = MOST,
     effect_rows: int | None = None,
     base_rows: int | None = None,
+    executor: Executor | None = None,
 ) -> Discovery:
     """Repeat diagnose and add until nothing is missing or nothing helps; then ask of each added effect if it is still needed.
 
@@ -81,6 +83,7 @@ def discover(
         report: called with the stage and the share done.
         most: effects that may be added.
         effect_rows, base_rows: sizes of the screening designs; see `plan`.
+        executor: workers that simulate, as for `run_all`.
 
     Raises:
         InputError: what `diagnose` refuses, or a folder with studies in it that no earlier search made. What `add` refuses, and
@@ -93,7 +96,13 @@ def discover(
     _check_own(folder, steps)
     kept = first.path / STORE if store is None else store
     trail = _Trail(
-        first, folder, steps, kept, names, _Sizes(effect_rows, base_rows), report or (lambda stage, share: None)
+        first,
+        folder,
+        steps,
+        kept,
+        names,
+        _Options(effect_rows, base_rows, executor),
+        report or (lambda stage, share: None),
     )
     trail.found().save()
     while trail.step(len(trail.added) < most):
@@ -114,11 +123,12 @@ def _check_own(folder: Path, steps: Path) -> None:
 
 
 @dataclass(frozen=True)
-class _Sizes:
-    """Sizes of the screening designs, as arguments of `diagnose` and `add`."""
+class _Options:
+    """Sizes of the screening designs and workers, as arguments of `diagnose` and `add`."""
 
     effect_rows: int | None
     base_rows: int | None
+    executor: Executor | None
 
 
 class _Trail:
@@ -131,12 +141,12 @@ class _Trail:
         folder: Path,
         store: RunStore | str | Path,
         names: list[str] | None,
-        sizes: _Sizes,
+        options: _Options,
         tell: Report,
     ) -> None:
         self.first = self.now = first
         self.results, self.folder, self.store = results, folder, store
-        self.names, self.sizes, self.tell = names, sizes, tell
+        self.names, self.options, self.tell = names, vars(options), tell
         self.steps: list[dict[str, Any]] = []
         self.added: list[Addition] = []
         self.removed: list[str] = []
@@ -172,8 +182,7 @@ class _Trail:
             store=self.store,
             output=self.results if self.now is self.first else None,
             report=self._told(stage),
-            effect_rows=self.sizes.effect_rows,
-            base_rows=self.sizes.base_rows,
+            **self.options,
         )
 
     def _add(self, rivals: Sequence[str], number: int) -> bool:
@@ -200,10 +209,10 @@ class _Trail:
         return True
 
     def _joined(self, study: Study, effect: str, name: str, stage: str) -> Addition:
-        sizes, told, target = self.sizes, self._told(stage), self.folder / name
+        target = self.folder / name
         if target.is_dir():
             shutil.rmtree(target)  # of an earlier search
-        return add(study, effect, target, self.store, told, effect_rows=sizes.effect_rows, base_rows=sizes.base_rows)
+        return add(study, effect, target, self.store, self._told(stage), **self.options)
 
     def look_back(self) -> None:
         """Take out effects whose strength came near vanishing when others joined them, if χ² on fresh seeds agrees."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -11,9 +12,10 @@ import pandas as pd
 
 from taichidem.errors import InputError
 from taichidem.scene import Model
-from taichidem.study.campaign import Run, run_all
+from taichidem.study.campaign import run_all
 from taichidem.study.diagnosis_plan import Plan
 from taichidem.study.diagnosis_run import analyse
+from taichidem.study.execution import Run
 from taichidem.study.hypothesis import Hypothesis
 from taichidem.study.run_store import RunStore
 from taichidem.study.screening import EFFECT, SEED, SHARE
@@ -50,7 +52,13 @@ class Recalibrated:
 
 
 def recalibrate(
-    planned: Plan, hypothesis: Hypothesis, store: RunStore, tell: Callable[[str, float], None], rounds: int = ROUNDS
+    planned: Plan,
+    hypothesis: Hypothesis,
+    store: RunStore,
+    tell: Callable[[str, float], None],
+    rounds: int = ROUNDS,
+    *,
+    executor: Executor | None = None,
 ) -> Recalibrated:
     """Return parameters, and jointly the strength of one effect, that agree best with the measurements.
 
@@ -63,15 +71,16 @@ def recalibrate(
         store: that keeps the runs.
         tell: called with the stage and the share done.
         rounds: at most.
+        executor: workers that simulate, as for `run_all`.
     """
     runs = list(planned.runs)
-    outcomes = run_all(runs, store, partial(tell, "screening"))
+    outcomes = run_all(runs, store, partial(tell, "screening"), executor=executor)
     table = planned.table(outcomes)
     before = _estimates(planned, table)
     for number in range(1, rounds + 1):
         points = [_point_runs(planned, hypothesis, estimate) for estimate in before]
         added = [run for rows in points for row in rows for run in row.values()]
-        more = run_all(added, store, partial(tell, f"round {number}"))
+        more = run_all(added, store, partial(tell, f"round {number}"), executor=executor)
         runs, outcomes = runs + added, pd.concat([outcomes, more], ignore_index=True)
         known = [_known(planned, e, hypothesis, rows, more) for e, rows in zip(before, points, strict=True)]
         table = planned.distinct(pd.concat([table, *known], ignore_index=True))

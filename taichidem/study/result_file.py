@@ -10,6 +10,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from taichidem.whole_file import write_whole
+
 RESULTS = "results"  # folder of a study in which they lie
 
 
@@ -44,7 +46,7 @@ class ResultFile:
     def save(self) -> Path:
         """Write the file into the folder and return its path."""
         path = self.folder / self.file
-        path.write_text(self.to_json() + "\n", encoding="utf-8")
+        write_whole(path, self.to_json() + "\n")
         return path
 
 

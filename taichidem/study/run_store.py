@@ -21,8 +21,9 @@ from typing import Any
 import pandas as pd
 
 from taichidem.errors import InputError
+from taichidem.whole_file import whole_file
 
-SCHEMA = 1
+SCHEMA = 2  # 2: the column attempts
 APPLICATION = 0x7444454D  # "tDEM", by which our files are told from other SQLite files
 PATIENCE = 60.0  # [s] that a writer waits for others
 AT_ONCE = 500  # keys per query; SQLite allows 999 placeholders everywhere
@@ -41,9 +42,12 @@ CREATE TABLE IF NOT EXISTS runs (
     reason TEXT NOT NULL,
     details TEXT NOT NULL,
     wall_time REAL NOT NULL,
-    finished_at TEXT NOT NULL
+    finished_at TEXT NOT NULL,
+    attempts INTEGER NOT NULL DEFAULT 1
 )
 """
+# Version → what makes the next one of it, in place; a store is never left between two.
+_MIGRATIONS = {1: "ALTER TABLE runs ADD COLUMN attempts INTEGER NOT NULL DEFAULT 1"}
 
 
 @dataclass(frozen=True)
@@ -60,9 +64,10 @@ class StoredRun:
         status: "done" or "failed".
         responses: observable → value, in the units the experiment declares; empty when it failed.
         reason: why it failed, or "".
-        details: further numbers of the measurement.
+        details: further numbers of the measurement, and why a first attempt failed.
         wall_time: [s] its batch took, divided among the batch's runs.
         finished_at: UTC, ISO 8601.
+        attempts: 2 where the first one's world stopped and the row is of a second, with other random numbers.
     """
 
     key: str
@@ -78,10 +83,13 @@ class StoredRun:
     finished_at: str
     reason: str = ""
     details: Mapping[str, Any] = field(default_factory=dict)
+    attempts: int = 1
 
 
 _COLUMNS = tuple(f.name for f in fields(StoredRun))
 _JSON = ("responses", "details")
+# What a table takes from the file; models, settings and details are most of it.
+_SHOWN = tuple(name for name in _COLUMNS if name not in ("model", "settings", "physics", "details"))
 # A failed run may be replaced by a later attempt; a finished one never changes, whoever comes second.
 _INSERT = (
     f"INSERT INTO runs ({', '.join(_COLUMNS)}) VALUES ({', '.join('?' * len(_COLUMNS))}) ON CONFLICT(key) DO UPDATE SET "
@@ -126,14 +134,21 @@ class RunStore:
                 raise InputError(
                     f"Run store {self.path} is the SQLite file of another program. Give another file name; it will be made."
                 )
-            if tables and version != SCHEMA:
-                raise InputError(
-                    f"Run store {self.path} is of version {version}; this taichidem reads version {SCHEMA}. Use the taichidem "
-                    "that wrote it, or give another file name and run again."
-                )
+            if tables:
+                self._migrate(version)
             self._connection.execute(f"PRAGMA application_id = {APPLICATION}")
             self._connection.execute(f"PRAGMA user_version = {SCHEMA}")
             self._connection.execute(_TABLE)
+
+    def _migrate(self, version: int) -> None:
+        """Make a store of an earlier version one of this, within the transaction in which it is opened."""
+        if version not in {*_MIGRATIONS, SCHEMA}:
+            raise InputError(
+                f"Run store {self.path} is of version {version}; this taichidem reads versions {min(_MIGRATIONS)} to {SCHEMA}. "
+                "Use the taichidem that wrote it, or a newer one, or give another file name and run again."
+            )
+        for number in range(version, SCHEMA):
+            self._connection.execute(_MIGRATIONS[number])
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
@@ -200,31 +215,53 @@ class RunStore:
     def _stored(row: tuple) -> StoredRun:
         return StoredRun(**{n: json.loads(v) if n in _JSON else v for n, v in zip(_COLUMNS, row, strict=True)})
 
+    def copy_to(self, path: Path) -> None:
+        """Write all rows into another file, whole also while others write this one; what was there is replaced."""
+        with self._errors(), whole_file(path) as fresh:
+            other = sqlite3.connect(fresh)
+            try:
+                self._connection.backup(other)
+            finally:
+                other.close()
+
     def table(self, keys: Iterable[str] | None = None) -> pd.DataFrame:
-        """Return runs as a table: key, experiment, type, seed, a column per response, status, reason, wall time."""
-        return as_table(self.runs(keys))
+        """Return runs as a table: key, experiment, type, seed, a column per response, status, reason, attempts, wall time."""
+        return as_table(self._shown(keys))
+
+    def named(self, keys: Sequence[str], names: Sequence[str]) -> pd.DataFrame:
+        """Return the table of runs that are there, in the order of the keys, each under a name of the caller's."""
+        found = {row["key"]: row for row in self._shown(keys)}
+        pairs = zip(keys, names, strict=True)
+        return as_table({**found[key], "experiment": name or found[key]["experiment"]} for key, name in pairs)
+
+    def _shown(self, keys: Iterable[str] | None) -> Iterator[dict[str, Any]]:
+        for row in self._select(_SHOWN, keys):
+            held = dict(zip(_SHOWN, row, strict=True))
+            yield held | {"responses": json.loads(held["responses"])}
 
 
-def as_table(runs: Iterable[StoredRun]) -> pd.DataFrame:
-    """Return runs as a table with a column per response (empty where a run has none)."""
-    runs = list(runs)
-    responses = list(dict.fromkeys(name for run in runs for name in run.responses))
-    columns = ["key", "experiment", "type", "seed", *responses, "status", "reason", "wall_time", "finished_at"]
-    rows = [
-        {
-            "key": run.key,
-            "experiment": run.experiment,
-            "type": run.experiment_type,
-            "seed": run.seed,
-            **run.responses,
-            "status": run.status,
-            "reason": run.reason,
-            "wall_time": run.wall_time,
-            "finished_at": run.finished_at,
-        }
-        for run in runs
+def as_table(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return rows as a table with a column per response (empty where a run has none)."""
+    rows = list(rows)
+    responses = list(dict.fromkeys(name for row in rows for name in row["responses"]))
+    columns = [
+        "key",
+        "experiment",
+        "type",
+        "seed",
+        *responses,
+        "status",
+        "reason",
+        "attempts",
+        "wall_time",
+        "finished_at",
     ]
-    return pd.DataFrame(rows, columns=columns)
+    held: dict[str, list] = {name: [] for name in columns}
+    for row in rows:
+        values = {**row["responses"], **row, "type": row["experiment_type"]}
+        for name, column in held.items():
+            column.append(values.get(name))
+    return pd.DataFrame(held, columns=columns).astype(dict.fromkeys(responses, float))
 
 
 def _advice(error: sqlite3.DatabaseError) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import pandas as pd
 
 from taichidem.experiments.base import Experiment
-from taichidem.study.campaign import Run
+from taichidem.study.execution import Run
 from taichidem.study.hypothesis import Hypotheses
 from taichidem.study.screening import EFFECT, SEED, SHARE
 from taichidem.study.study_file import Study

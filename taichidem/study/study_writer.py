@@ -19,6 +19,7 @@ from taichidem.study.measurements import PHOTOGRAPH, read_measurements
 from taichidem.study.parameter_key import SHORT, ParameterKey, all_pairs, pair_name
 from taichidem.study.setting_key import SettingKey, unit_of_setting
 from taichidem.study.study_file import FILE, Study, read_study
+from taichidem.whole_file import write_whole
 
 DIGITS = 6  # of the numbers written
 
@@ -81,7 +82,7 @@ def check_new(folder: str | Path) -> Path:
 def save_study(target: Path, text: str) -> None:
     """Write a study file into a folder that holds none."""
     writable(check_new(target))
-    (target / FILE).write_text(text, encoding="utf-8")
+    write_whole(target / FILE, text)
 
 
 def copy_measurements(study: Study, target: Path) -> None:

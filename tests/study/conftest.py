@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+
 import pytest
 
 from taichidem import plugins
-from taichidem.study import read_study
+from taichidem.study import campaign, cluster, read_study
 from tests.study import fakes
 
 
@@ -16,6 +19,23 @@ def _fakes(monkeypatch):
     yield
     monkeypatch.undo()
     plugins.refresh()
+
+
+@pytest.fixture
+def elsewhere(monkeypatch):
+    """Put a thread in the place of a cluster, and let nothing be simulated but there; return the addresses asked for."""
+    asked = []
+
+    @contextmanager
+    def instead(address):
+        asked.append(address)
+        with ThreadPoolExecutor(1) as thread:
+            yield thread
+
+    monkeypatch.setattr(cluster, "cluster_executor", instead)
+    monkeypatch.setattr(campaign, "execute", None)
+    monkeypatch.setattr(campaign, "threads_of", lambda executor: 1)  # Taichi itself can't be used by that thread
+    return asked
 
 
 @pytest.fixture

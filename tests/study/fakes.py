@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from dataclasses import replace
 from typing import ClassVar
@@ -28,6 +29,9 @@ class QuickSettings(Settings):
     pause: Duration = quantity("s", "Time that a run takes.", 0.0, ge=0)
     failing_seed: int = quantity("1", "Seed that fails.", -1)
     nan_seed: int = quantity("1", "Seed that measures nothing.", -1)
+    stopping_seed: int = quantity("1", "Seed whose world stops.", -1)
+    stopping_always: bool = quantity("1", "Whether the world of another stream stops too.", False)
+    lethal_seed: int = quantity("1", "Seed that ends the process that simulates it.", -1)
     broken: str = quantity("1", "An error that breaks every batch.", "")
     grain_material: str = quantity("1", "Material of the grains.", "")
     wall_material: str = quantity("1", "Material of the walls.", "")
@@ -86,6 +90,10 @@ class Quick(Experiment):
         return outcomes
 
     def _one(self, model, seed):
+        if seed == self.settings.lethal_seed:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if seed == self.settings.stopping_seed or (self.settings.stopping_always and seed > 2**32):
+            return Outcome({}, seed, f"It diverged ({seed})", stopped=True)
         if seed == self.settings.failing_seed:
             return Outcome({}, seed, f"seed {seed} diverged")
         friction = next(e for e in model.effects if e.name == "tangential_mindlin").value(

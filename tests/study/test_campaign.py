@@ -12,14 +12,15 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from taichidem import runtime
 from taichidem.errors import CompositionError, EnvironmentProblem, InputError
-from taichidem.experiments import FixedFunnel
-from taichidem.study import Run, RunStore, campaign, read_study, run_all, simulate, summarise
-from taichidem.study.campaign import batches, execute
+from taichidem.study import Run, RunStore, campaign, execution, read_study, run_all, simulate, summarise
+from taichidem.study.execution import batches, execute, second_seed
 from tests.study.campaign_script import runs as script_runs
+from tests.study.campaign_script import small_pour
 from tests.study.fakes import LOG, MEASUREMENTS, Quick
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -93,6 +94,50 @@ def test_a_failed_run_is_a_row_and_not_run_again_unless_asked(study, store):
         assert np.isnan(table["angle"][1])
         assert sum(batch.count(2) for batch in Quick.batches) == times
     assert sum(batch.count(1) for batch in Quick.batches) == 1
+
+
+def test_a_run_whose_world_stopped_is_repeated_once_with_another_stream(study, store):
+    runs = made(study, stopping_seed=2)
+    table = run_all(runs, store)
+    assert Quick.batches == [[1, 2, 3], [second_seed(2)]]
+    assert list(table["status"]) == ["done"] * 3
+    assert list(table["attempts"]) == [1, 2, 1]
+    assert list(table["seed"]) == [1, 2, 3]  # the row is still that of seed 2
+    assert table["angle"][1] == pytest.approx(30 * 0.4 + second_seed(2) / 7)
+    assert [run.details.get("first_failure") for run in store.runs()] == [None, "It diverged (2)", None]
+    assert run_all(runs, store)["stored"].all()
+
+
+def test_the_second_stream_follows_from_the_seed(study):
+    assert second_seed(2) == second_seed(2) == int(np.random.SeedSequence([2, 1]).generate_state(1, np.uint64)[0])
+    assert len({second_seed(seed) for seed in range(1000)}) == 1000
+    alone, among = execute(made(study, [2], stopping_seed=2))[0], execute(made(study, stopping_seed=2))[1]
+    assert (alone.key, alone.responses, alone.details) == (among.key, among.responses, among.details)
+
+
+def test_a_run_that_stops_twice_is_a_failed_row_with_both_reasons(study, store):
+    table = run_all(made(study, stopping_seed=2, stopping_always=True), store)
+    assert list(table["status"]) == ["done", "failed", "done"]
+    assert (table["attempts"][1], table["reason"][1]) == (2, f"It diverged ({second_seed(2)})")
+    assert store.runs()[1].details == {"first_failure": "It diverged (2)"}
+    assert Quick.batches == [[1, 2, 3], [second_seed(2)]]  # twice and no more
+
+
+def test_what_has_no_random_numbers_is_not_repeated(study, store, monkeypatch):
+    monkeypatch.setattr(Quick, "random", False)
+    table = run_all(made(study, stopping_seed=2), store)
+    assert (table["status"][1], table["attempts"][1], table["reason"][1]) == ("failed", 1, "It diverged (2)")
+    assert Quick.batches == [[1, 2, 3]]
+
+
+def test_a_real_world_that_diverges_says_that_it_stopped(store):
+    """A ball thrown so fast that it passes more than its radius in a step; its reason holds no number of a world."""
+    model = script_runs(2, 0.0)[0].model
+    rows = execute([Run(small_pour(drop_velocity=speed), model, 1) for speed in (0.5, 3000.0)])
+    assert [row.status for row in rows] == ["done", "failed"]
+    assert [row.attempts for row in rows] == [1, 2]
+    assert rows[1].reason.startswith("It diverged: a grain moved more than its radius")
+    assert rows[1].details["first_failure"].startswith("It diverged: ")
 
 
 def test_a_run_that_measures_no_number_failed(study, store):
@@ -193,7 +238,7 @@ def test_runs_and_rows_travel_to_other_processes(study):
 
 
 def test_long_details_are_left_out(study, monkeypatch):
-    monkeypatch.setattr(campaign, "LONGEST_DETAIL", 2)
+    monkeypatch.setattr(execution, "LONGEST_DETAIL", 2)
     assert execute(made(study, [1]))[0].details == {}
 
 
@@ -218,22 +263,7 @@ def test_the_summary(study, store):
 
 
 def test_a_real_heap_gives_the_same_bits_alone_and_in_a_batch(store):
-    heap = FixedFunnel(
-        diameter=0.006,
-        cup_radius=0.024,
-        rim_height=0.006,
-        stream_radius=0.012,
-        stream_bottom=0.03,
-        stream_top=0.07,
-        stream_rate=2000.0,
-        batch_interval=0.02,
-        particles=220,  # far more than the cup holds, so that there is a slope whatever the seed
-        settle_time=0.05,
-        longest_settle_time=0.1,
-        method="rings",
-        fit_from=0.2,
-        fit_to=0.95,
-    )
+    heap = small_pour()
     model = script_runs(2, 0.0)[0].model
     runs = [Run(heap, model, seed) for seed in (1, 2, 3)]
     table = run_all(runs, store)
@@ -255,36 +285,50 @@ def simulated(log):
     return log.read_text().splitlines() if log.exists() else []
 
 
-def test_a_campaign_that_is_killed_loses_only_what_was_under_way(tmp_path):
+@pytest.fixture
+def forked(tmp_path):
+    """Begin campaigns of 160 runs, one after another, in processes forked from one that has imported everything."""
     path, log = tmp_path / "runs.sqlite", tmp_path / "log"
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    server = subprocess.Popen(SCRIPT, cwd=ROOT, env={**os.environ, LOG: str(log)}, **pipes)
+
+    def begin_one():
+        server.stdin.write(f"{path} 160 0.01\n")
+        server.stdin.flush()
+        return int(server.stdout.readline()), lambda: int(server.stdout.readline())
+
+    yield begin_one, path, log
+    server.stdin.close()
+    assert server.wait(timeout=30) == 0
+
+
+def test_a_campaign_that_is_killed_at_ten_random_moments_loses_only_what_was_under_way(forked, tmp_path):
+    begin_one, path, log = forked
     chance = random.Random(20261122)
     finished: dict[str, object] = {}
-    for _ in range(3):
-        before = len(simulated(log))
-        process = begin(path, log, 60, 0.02)
-        deadline = time.monotonic() + 30
-        while len(simulated(log)) <= before and time.monotonic() < deadline:
-            time.sleep(0.005)
-        time.sleep(chance.uniform(0.0, 0.35))
-        process.send_signal(signal.SIGKILL)
-        assert process.wait() == -signal.SIGKILL
+    for _ in range(10):
+        process, end = begin_one()
+        time.sleep(chance.uniform(0.0, 0.2))
+        os.kill(process, signal.SIGKILL)
+        assert end() == -signal.SIGKILL
         with RunStore(path) as store:
             rows = {run.key: run for run in store.runs()}
         assert all(rows[key] == run for key, run in finished.items())  # none lost, none changed
         finished = rows
-    assert begin(path, log, 60, 0.02).wait(timeout=60) == 0
-    with RunStore(path) as store:
-        rows = {run.key: run for run in store.runs()}
-        assert len(store) == 60
-    assert 0 < len(finished) < 60
-    assert all(rows[key] == run for key, run in finished.items())
-    assert {run.key for run in script_runs(60, 0.02)} == set(rows)
+    assert 0 < len(finished) < 160
+    assert begin_one()[1]() == 0
     lines = simulated(log)
-    assert len(set(lines)) == 60
-    assert len(lines) - 60 <= 3 * 4  # each kill costs at most the batch that was under way
-    with RunStore(tmp_path / "undisturbed.sqlite") as store:
-        run_all(script_runs(60, 0.02), store, worlds=4)
-        assert {run.key: run.responses for run in store.runs()} == {key: run.responses for key, run in rows.items()}
+    assert len(set(lines)) == 160
+    assert len(lines) - 160 <= 10 * 4  # each kill costs at most the batch that was under way
+    with RunStore(path) as store, RunStore(tmp_path / "undisturbed.sqlite") as other:
+        table = run_all(script_runs(160, 0.01), store, worlds=4)
+        whole = run_all(script_runs(160, 0.01), other, worlds=4)
+        assert all(row == finished.get(row.key, row) for row in store.runs())
+        assert len(store) == 160
+    assert table["stored"].all()
+    assert not whole["stored"].any()
+    timing = ["stored", "wall_time", "finished_at"]
+    pd.testing.assert_frame_equal(table.drop(columns=timing), whole.drop(columns=timing), check_exact=True)
 
 
 def test_two_processes_work_on_one_store(tmp_path):

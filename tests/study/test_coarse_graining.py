@@ -149,7 +149,7 @@ def test_results_are_files_and_come_again_from_the_store(folder):
     assert Grainy.simulated == [(0.004, 1), (0.004, 2), (0.004, 3), (0.008, 1), (0.008, 2), (0.008, 3)]
     again = check_study(folder, (1, 2, 4), (1, 2, 3), ["heap"])
     assert Grainy.simulated[6:] == [(0.016, 1), (0.016, 2), (0.016, 3)]
-    assert again.runs == {"stored": 6, "new": 3, "failed": 0}
+    assert again.runs == {"stored": 6, "new": 3, "failed": 0, "repeated": 0}
     kept = first.table.drop(columns=["wall_time", "time_ratio"])
     same = again.table[again.table["factor"] < 4].drop(columns=["wall_time", "time_ratio"])
     pd.testing.assert_frame_equal(kept.reset_index(drop=True), same.reset_index(drop=True))
@@ -241,6 +241,13 @@ def test_a_rebound_keeps_its_restitution_unless_grains_are_sticky():
     assert moved["shift"] < -0.02
 
 
+def test_command_simulates_on_a_cluster(folder, command, elsewhere):
+    arguments = ("--factors", "1,2", "--seeds", "2", "--tests", "heap", "--cluster", "tcp://node1:8786")
+    assert command("coarse-grain", folder, *arguments)[0] == 0
+    assert elsewhere == ["tcp://node1:8786"]
+    assert len(Grainy.simulated) == 4
+
+
 def test_command_prints_a_table_and_json(folder, command):
     arguments = ("coarse-grain", folder, "--factors", "1,2", "--seeds", "4", "--tests", "heap", "-o", folder / "out")
     code, out, _ = command(*arguments)
@@ -251,7 +258,7 @@ def test_command_prints_a_table_and_json(folder, command):
     code, out, _ = command(*arguments, "--json")
     assert code == 0
     assert json.loads(out) == json.loads((folder / "out" / "coarse_graining.json").read_text())
-    assert json.loads(out)["runs"] == {"stored": 8, "new": 0, "failed": 0}
+    assert json.loads(out)["runs"] == {"stored": 8, "new": 0, "failed": 0, "repeated": 0}
     with RunStore(folder / "runs.sqlite") as store:
         assert len(store) == 8
 

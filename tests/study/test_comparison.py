@@ -70,7 +70,7 @@ def test_the_whole_comparison(study):
     normal = [stats.norm.isf(p / 2) ** 2 for p in result.table["p"]]
     assert result.p_value == pytest.approx(stats.chi2.sf(sum(normal), 4))
     assert result.failing == ()
-    assert result.runs == {"stored": 0, "new": 8, "failed": 0}
+    assert result.runs == {"stored": 0, "new": 8, "failed": 0, "repeated": 0}
     assert {stage for stage, _ in shares} == {"simulating", "drawing"}
     assert shares[-1] == ("drawing", 1.0)
     folder = study.path / "results"
@@ -167,7 +167,7 @@ def test_failed_runs_are_told_and_the_others_count(write):
     broken = ("width = 0.05", "width = 0.05\nfailing_seed = 2")
     result = compare(write(broken, measurements=MEASUREMENTS))
     assert list(result.failures) == [{"experiment": "wide", "seed": 2, "reason": "seed 2 diverged", "stored": False}]
-    assert result.runs == {"stored": 0, "new": 8, "failed": 1}
+    assert result.runs == {"stored": 0, "new": 8, "failed": 1, "repeated": 0}
     assert list(result.table["n_seeds"]) == [4, 4, 3]
 
 

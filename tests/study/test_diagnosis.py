@@ -7,7 +7,7 @@ import pytest
 from taichidem import cli
 from taichidem.effects import CohesionArea, RollingConstantTorque, SizeSpread
 from taichidem.errors import InputError
-from taichidem.study import RunStore, add, diagnose, discover, read_study
+from taichidem.study import RunStore, add, cluster, diagnose, discover, read_study
 from taichidem.study.diagnosis_plan import plan
 from tests.study import formula_bench as bench
 
@@ -136,9 +136,10 @@ def test_adding_writes_a_study_in_which_the_error_fell(tmp_path):
     assert again.verdict == "nothing_missing"
 
 
-def test_nothing_fitted_is_judged_on_the_seeds_it_was_fitted_to(tmp_path):
+def test_nothing_fitted_is_judged_on_the_seeds_it_was_fitted_to(tmp_path, elsewhere):
     folder = bench.write(tmp_path / "s", COHESION)
-    result = add(folder, "cohesion_area", tmp_path / "new", fresh_seeds=(901, 902))
+    with cluster.cluster_executor("here") as executor:  # every round is simulated there
+        result = add(folder, "cohesion_area", tmp_path / "new", fresh_seeds=(901, 902), executor=executor)
     with RunStore(folder / "runs.sqlite") as store:
         seeds = [run.seed for run in store.runs()]
     assert result.fresh_seeds == (901, 902)
@@ -180,8 +181,9 @@ def test_discovering_tries_look_alikes_and_keeps_what_fresh_seeds_prefer(tmp_pat
     assert result.steps[0]["added"] == min(tried, key=tried.get)
 
 
-def test_discovering_nothing_adds_nothing(tmp_path):
-    result = discover(bench.write(tmp_path / "s", NULL), bench.TESTED)
+def test_discovering_nothing_adds_nothing(tmp_path, elsewhere):
+    with cluster.cluster_executor("here") as executor:
+        result = discover(bench.write(tmp_path / "s", NULL), bench.TESTED, executor=executor)
     assert len(result.steps) == 1
     assert result.final == tmp_path / "s"
     assert result.text.startswith("No effect was added.")

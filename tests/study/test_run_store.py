@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sqlite3
 import stat
@@ -155,8 +156,67 @@ def test_the_file_of_another_program(tmp_path):
 def test_a_store_of_another_version(store):
     with sqlite3.connect(store.path) as other:
         other.execute("PRAGMA user_version = 7")
-    with pytest.raises(InputError, match="is of version 7; this taichidem reads version 1"):
+    with pytest.raises(
+        InputError,
+        match=r"is of version 7; this taichidem reads versions 1 to 2\. Use .* that wrote it",
+    ):
         RunStore(store.path)
+
+
+OLD = """
+CREATE TABLE runs (key TEXT PRIMARY KEY, experiment_type TEXT NOT NULL, experiment TEXT NOT NULL, seed INTEGER NOT NULL,
+model TEXT NOT NULL, settings TEXT NOT NULL, physics TEXT NOT NULL, status TEXT NOT NULL CHECK (status IN ('done', 'failed')),
+responses TEXT NOT NULL, reason TEXT NOT NULL, details TEXT NOT NULL, wall_time REAL NOT NULL, finished_at TEXT NOT NULL)
+"""
+
+
+def an_old_store(path):
+    """Write the file that version 1 of the store made."""
+    old = [name for name in module._COLUMNS if name != "attempts"]
+    values = [getattr(a_run(), name) for name in old]
+    with sqlite3.connect(path) as file:
+        file.execute(OLD)
+        row = [json.dumps(v) if isinstance(v, dict) else v for v in values]
+        file.execute(f"INSERT INTO runs ({', '.join(old)}) VALUES ({', '.join('?' * len(old))})", row)
+        file.execute(f"PRAGMA application_id = {module.APPLICATION}")
+        file.execute("PRAGMA user_version = 1")
+
+
+def test_a_store_of_the_version_before_is_made_one_of_this(tmp_path):
+    an_old_store(tmp_path / "runs.sqlite")
+    with RunStore(tmp_path / "runs.sqlite") as store:
+        assert store.runs() == [a_run()]
+        store.add(a_run("k2", attempts=2))
+    with RunStore(tmp_path / "runs.sqlite") as store:  # and migrated once only
+        assert store.table()["attempts"].tolist() == [1, 2]
+    assert sqlite3.connect(tmp_path / "runs.sqlite").execute("PRAGMA user_version").fetchone() == (module.SCHEMA,)
+
+
+def test_a_migration_that_breaks_off_leaves_the_file_as_it_was(tmp_path, monkeypatch):
+    an_old_store(tmp_path / "runs.sqlite")
+    before = (tmp_path / "runs.sqlite").read_bytes()
+    monkeypatch.setattr(module, "_TABLE", "no SQL")  # what comes after the migration, in its transaction
+    with pytest.raises(InputError, match="syntax error"):
+        RunStore(tmp_path / "runs.sqlite")
+    assert (tmp_path / "runs.sqlite").read_bytes() == before
+
+
+def test_a_copy_holds_all_rows_and_replaces_what_was_there(store):
+    store.add(a_run(), a_run("k2", **FAILED))
+    target = store.path.with_name("copy.sqlite")
+    target.write_text("something else")
+    store.copy_to(target)
+    with RunStore(target) as copy:
+        assert copy.runs() == store.runs()
+    assert sorted(path.name for path in store.path.parent.iterdir()) == ["copy.sqlite", "runs.sqlite"]
+
+
+def test_runs_under_names_of_the_caller(store):
+    store.add(a_run(), a_run("k2", responses={"mass": 2.0}))
+    table = store.named(["k2", "k1", "k2"], ["heap", "", "drum"])
+    assert table["experiment"].tolist() == ["heap", "narrow", "drum"]
+    assert table["mass"].tolist()[::2] == [2.0, 2.0]
+    assert table["angle"].isna().tolist() == [True, False, True]
 
 
 def test_no_folder_and_a_folder_in_its_place(tmp_path):

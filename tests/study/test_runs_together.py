@@ -9,7 +9,7 @@ from taichidem.experiments import BulkDensity, FreeFall, ShearBox
 from taichidem.materials import Material
 from taichidem.scene import Model
 from taichidem.study import Run, RunStore, run_all
-from taichidem.study.campaign import batches, execute
+from taichidem.study.execution import batches, execute
 from tests.study.fakes import Quick
 
 BALL = Material("ball", 500.0, 1e7, 0.3)

@@ -9,6 +9,8 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from taichidem.whole_file import save_figure
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -56,7 +58,7 @@ def plain_text(text: str) -> str:
 
 def save_png(figure: Figure, path: str | Path) -> Path:
     """Write a figure as PNG and return the path."""
-    figure.savefig(path, format="png", dpi=PNG_DPI)
+    save_figure(figure, path, dpi=PNG_DPI)
     return Path(path)
 
 

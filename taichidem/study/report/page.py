@@ -25,6 +25,7 @@ from taichidem.study.report.results_folder import COMMANDS, Results, read_result
 from taichidem.study.report.series import label_of, look_alikes, test_errors, waterfall_steps
 from taichidem.study.result_file import RESULTS
 from taichidem.study.study_file import study_file
+from taichidem.whole_file import write_whole
 
 FILE = "report.html"
 _PARTS = re.compile(r"[^._]*[._]?")
@@ -53,7 +54,7 @@ def write_report(path: str | Path, output: str | Path | None = None, *, results:
     file = file / FILE if file.is_dir() else file
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(page, encoding="utf-8")
+        write_whole(file, page)
     except OSError as error:
         raise InputError(f"{file} can't be written ({error.strerror}). Give another file with -o.") from error
     return file

@@ -1,0 +1,325 @@
+"""Campaigns on workers: the same rows, written as they come, whoever dies."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from taichidem import runtime
+from taichidem.errors import CompositionError, EnvironmentProblem, InputError
+from taichidem.study import Run, RunStore, SpawnedProcesses, executors, run_all
+from taichidem.study.executors import threads_of
+from tests.study.campaign_script import runs as script_runs
+from tests.study.campaign_script import small_pour
+from tests.study.fakes import LOG, Quick
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def pool():
+    """Two processes that serve the whole module, for starting them takes seconds."""
+    with SpawnedProcesses(2, threads=1) as spawned:
+        yield spawned
+
+
+@pytest.fixture
+def store(tmp_path):
+    with RunStore(tmp_path / "campaign.sqlite") as opened:
+        yield opened
+
+
+def made(seeds, **settings):
+    model = script_runs(2, 0.0)[0].model
+    test = Quick(**{"width": 0.04, **settings})
+    return [Run(test, model, seed, "quick") for seed in seeds]
+
+
+def rows_of(store):
+    """Return what every executor must agree on to the last bit."""
+    return {
+        run.key: (run.seed, run.status, run.responses, run.reason, run.details, run.attempts, run.model, run.settings)
+        for run in store.runs()
+    }
+
+
+def here(runs, tmp_path):
+    with RunStore(tmp_path / "here.sqlite") as other:
+        run_all(runs, other)
+        return rows_of(other)
+
+
+def wait_until(condition, seconds=30.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "it never came"
+        time.sleep(0.005)
+
+
+class Counting(Executor):  # for runs that need no engine; whoever uses it says how many worlds are a batch
+    """A thread per batch, which knows how many batches it held at most."""
+
+    in_flight = 3
+
+    def __init__(self):
+        self.held, self.most = 0, 0
+
+    def submit(self, fn, /, *args, **kwargs):
+        future: Future = Future()
+        self.held += 1
+        self.most = max(self.most, self.held)
+
+        def work():
+            time.sleep(0.01)
+            self.held -= 1
+            if future.set_running_or_notify_cancel():
+                future.set_result(fn(*args, **kwargs))
+
+        threading.Thread(target=work).start()
+        return future
+
+
+def test_spawned_processes_give_the_same_rows(store, tmp_path, pool):
+    runs = made(range(9), failing_seed=4, stopping_seed=6)
+    shares = []
+    table = run_all(runs, store, shares.append, executor=pool)
+    assert rows_of(store) == here(runs, tmp_path)
+    assert list(table["seed"]) == list(range(9))
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert len(shares) > 3
+    assert run_all(runs, store, executor=pool)["stored"].all()
+    assert 1 <= len(Quick.batches) <= 10  # those of `here`; what the pool did was done elsewhere
+
+
+def test_a_real_heap_gives_the_same_bits_in_a_process_of_its_own(store, tmp_path, pool):
+    model = script_runs(2, 0.0)[0].model
+    runs = [Run(small_pour(), model, seed) for seed in (1, 2)]
+    table = run_all(runs, store, worlds=2, executor=pool)
+    assert set(table["status"]) == {"done"}, list(table["reason"])
+    assert rows_of(store) == here(runs, tmp_path)
+
+
+def test_threads_of_a_process_in_which_taichi_runs_are_refused(store):
+    told = "Taichi was started by another thread of this process.*in processes of their own"
+    for options in ({}, {"worlds": 1}):
+        with ThreadPoolExecutor(2) as threads, pytest.raises(EnvironmentProblem, match=told):
+            run_all([Run(small_pour(), script_runs(2, 0.0)[0].model, 1)], store, executor=threads, **options)
+    assert len(store) == 0
+
+
+def test_rows_are_written_as_each_batch_ends(store, tmp_path, pool, monkeypatch):
+    written = []
+    add = RunStore.add
+    monkeypatch.setattr(RunStore, "add", lambda self, *rows: (written.append(len(rows)), add(self, *rows)))
+    run_all(made(range(10)), store, worlds=2, executor=pool)
+    assert sorted(filter(None, written)) == [2] * 5
+
+
+def test_a_bounded_number_of_batches_is_under_way(store):
+    executor = Counting()
+    run_all(made(range(40)), store, worlds=1, executor=executor)
+    assert executor.most == 3
+    assert len(store) == 40
+
+
+def test_batches_are_made_when_there_is_room_for_them(monkeypatch):
+    taken = []
+
+    def parts():
+        for run in made(range(100)):
+            taken.append(run)
+            yield [run]
+
+    rows = executors.computed(parts(), Counting())
+    next(rows)
+    assert len(taken) == 3
+    rows.close()
+
+
+def test_a_worker_that_is_killed_is_replaced_and_its_runs_are_done_again(store, tmp_path, monkeypatch):
+    log = tmp_path / "log"
+    monkeypatch.setenv(LOG, str(log))
+    runs = made(range(40), pause=0.03)
+    with SpawnedProcesses(2, threads=1) as executor:
+        threads_of(executor)
+
+        def kill_one():
+            wait_until(lambda: log.exists() and len(log.read_text().splitlines()) >= 8)
+            os.kill(multiprocessing.active_children()[0].pid, signal.SIGKILL)
+
+        killer = threading.Thread(target=kill_one)
+        killer.start()
+        table = run_all(runs, store, executor=executor)
+        killer.join()
+    lines = log.read_text().splitlines()
+    monkeypatch.delenv(LOG)
+    assert list(table["status"]) == ["done"] * 40
+    assert rows_of(store) == here(runs, tmp_path)
+    assert len(lines) + 2 > 40  # the killed batch, at least, was begun twice or never logged
+    assert len(lines) - 40 <= 4 * 2  # and no more than was under way
+
+
+def test_a_run_that_ends_its_worker_twice_is_a_failed_row(store, tmp_path, pool):
+    runs = made(range(12), lethal_seed=5)
+    table = run_all(runs, store, executor=pool)
+    assert list(table["status"]) == ["done"] * 5 + ["failed"] + ["done"] * 6
+    assert "Its worker process ended while it was simulated, twice" in table["reason"][5]
+    good = [run for run in runs if run.seed != 5]
+    found = rows_of(store)
+    assert {run.key: found[run.key] for run in good} == here(good, tmp_path)
+    assert list(run_all(made([1, 2], width=0.05), store, executor=pool)["status"]) == ["done"] * 2  # it goes on
+
+
+def test_a_pool_that_cannot_be_rebuilt_ends_the_campaign_with_a_sentence(store):
+    told = r"can't start another: .*is in the store; the same command goes on"
+    with (
+        ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as fixed,
+        pytest.raises(EnvironmentProblem, match=told),
+    ):
+        run_all(made(range(200), lethal_seed=3), store, worlds=1, executor=OneByOne(fixed))
+    assert {run.seed for run in store.runs()} == {0, 1, 2}
+
+
+class OneByOne(Executor):
+    """Another executor that is given one batch at a time."""
+
+    in_flight = 1
+
+    def __init__(self, other):
+        self.other = other
+
+    def submit(self, fn, /, *args, **kwargs):
+        return self.other.submit(fn, *args, **kwargs)
+
+
+def test_workers_that_die_at_once_are_no_run_s_fault(store, monkeypatch):
+    monkeypatch.setattr(executors, "_begin", die)
+    with SpawnedProcesses(1) as broken, pytest.raises(EnvironmentProblem, match="A worker ended before it was given"):
+        run_all(made(range(3)), store, executor=broken)
+    assert len(store) == 0
+
+
+def die(_threads):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_an_executor_that_was_shut_down(store):
+    class Dropping(Counting):
+        def submit(self, fn, /, *args, **kwargs):
+            if fn is not executors._rows_of:
+                return super().submit(fn, *args, **kwargs)
+            dropped: Future = Future()
+            dropped.cancel()
+            dropped.set_running_or_notify_cancel()
+            return dropped
+
+    with pytest.raises(EnvironmentProblem, match="it was shut down, or its scheduler is gone"):
+        run_all(made(range(3)), store, worlds=1, executor=Dropping())
+
+
+@pytest.mark.parametrize("error", [CompositionError("they exclude each other"), EnvironmentProblem("no device")])
+def test_a_fault_of_all_runs_ends_the_campaign(store, monkeypatch, error):
+    monkeypatch.setitem(Quick.errors, "error", error)
+    with ThreadPoolExecutor(1) as threads, pytest.raises(type(error), match=str(error)):
+        run_all(made([1, 2], broken="error"), store, worlds=2, executor=threads)
+    assert len(store) == 0
+
+
+def test_what_cannot_be_sent_is_said(store):
+    class Hidden(Quick):
+        pass
+
+    with pytest.raises(InputError, match=r"A run of quick can't be sent to a worker: .*at the top of a module"):
+        run_all([Run(Hidden(width=0.04), made([1])[0].model, 1)], store, worlds=1, executor=Counting())
+
+
+def test_a_worker_without_the_package_says_so():
+    packed = b"cno_such_package\nexperiment\n."
+    with pytest.raises(EnvironmentProblem, match="A worker can't read a run: No module named 'no_such_package'"):
+        executors._rows_of(packed, "")
+
+
+def test_a_worker_with_another_physics_is_refused(store, monkeypatch):
+    monkeypatch.setattr(executors, "PHYSICS_VERSION", "0")
+    with pytest.raises(EnvironmentProblem, match=r"computes with version .* this process with 0\. Install the same"):
+        run_all(made([1]), store, worlds=1, executor=Counting())
+
+
+def test_threads_of_a_worker(pool):
+    assert threads_of(pool) == 1
+    assert SpawnedProcesses(1).threads == runtime.cores()
+    assert SpawnedProcesses().workers == runtime.cores()
+    assert SpawnedProcesses(10 * runtime.cores()).threads == 1
+    with pytest.raises(InputError, match=r"executor is 4; give a concurrent\.futures\.Executor"):
+        threads_of(4)
+
+
+@pytest.mark.parametrize("numbers", [(0, None), (-1, None), (2, 0), (1.5, None)])
+def test_numbers_of_workers_and_threads(numbers):
+    with pytest.raises(InputError, match="give a whole number from 1, or leave it out"):
+        SpawnedProcesses(*numbers)
+
+
+STOPPED = """
+import os, signal, sys, threading, time, multiprocessing, operator
+from taichidem.study import RunStore, SpawnedProcesses, run_all
+from tests.study.campaign_script import runs
+from tests.study import fakes
+
+if __name__ == "__main__":
+    fakes.register(operator.setitem)
+    with SpawnedProcesses(2, threads=1) as pool, RunStore(sys.argv[1]) as store:
+        print(*[pool.submit(os.getpid).result() for _ in range(8)], flush=True)
+        try:
+            run_all(runs(1000, 0.05), store, executor=pool)
+        except KeyboardInterrupt:
+            print("stopped", flush=True)
+            raise
+"""
+
+
+@pytest.mark.parametrize("blow", [signal.SIGINT, signal.SIGKILL])
+def test_workers_end_with_whoever_started_them(tmp_path, blow):
+    path, log, script = tmp_path / "runs.sqlite", tmp_path / "log", tmp_path / "stopped.py"
+    script.write_text(STOPPED)
+    process = subprocess.Popen(
+        [sys.executable, str(script), str(path)],
+        cwd=ROOT,
+        env={**os.environ, LOG: str(log), "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    pids = {int(word) for word in process.stdout.readline().split()}
+    wait_until(lambda: log.exists() and len(log.read_text().splitlines()) >= 12)
+    if blow == signal.SIGINT:
+        os.killpg(process.pid, blow)  # as a terminal does: every process of the group gets it
+    else:
+        process.send_signal(blow)
+    out, errors = process.communicate(timeout=30)
+    assert ("stopped" in out) == (blow == signal.SIGINT)
+    assert errors.count("Traceback") <= 1  # the coordinator's own; workers keep still
+    wait_until(lambda: not any(alive(pid) for pid in pids))
+    with RunStore(path) as store:
+        rows = store.runs()
+    assert 4 <= len(rows) < 100
+    assert {run.status for run in rows} == {"done"}
+
+
+def alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return "zombie" not in Path(f"/proc/{pid}/status").read_text() if Path(f"/proc/{pid}").exists() else False
