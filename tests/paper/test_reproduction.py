@@ -129,6 +129,19 @@ def test_again_it_runs_nothing_and_says_the_same(result, planted):
     assert again.held_out.runs["new"] == 0
 
 
+def test_the_command_prints_the_checks_and_json(result, planted, command):
+    code, out, _ = command("reproduce", "paper", "-o", result.folder)
+    assert code == 0
+    for check in result.checks:
+        assert check.ours.split()[0] in out
+    assert "Tests the model was not fitted to" in out
+    code, out, _ = command("reproduce", "paper", "-o", result.folder, "--json")
+    assert json.loads(out)["effort"] == "quick"
+    code, _, err = command("reproduce", "papers")
+    assert code == 2
+    assert "paper" in err
+
+
 def test_a_folder_of_the_other_effort_is_refused(result):
     with pytest.raises(InputError, match="holds a quick reproduction; give another folder"):
         reproduce(result.folder, "full")
