@@ -18,6 +18,7 @@ from taichidem.packing import Packer
 from taichidem.physics_version import PHYSICS_VERSION
 from taichidem.shapes.forms import Forms
 from taichidem.snapshot import Frame, Snapshot, WallState
+from taichidem.whole_file import whole_file
 
 PROGRAM = "taichidem"
 FORMAT = 1  # raise it when the layout of the file or the meaning of an entry changes
@@ -58,30 +59,13 @@ def write_checkpoint(path: Path, content: str, about: Mapping[str, Any], state: 
     header = {"program": PROGRAM, "version": __version__, "format": FORMAT, "physics": PHYSICS_VERSION}
     header |= {"content": content, "about": dict(about), "state": packer.pack(state)}
     text = np.frombuffer(json.dumps(header).encode(), np.uint8)
-    part = path.with_name(path.name + ".part")
     try:
-        with part.open("wb") as file:
+        with whole_file(path) as fresh, fresh.open("wb") as file:
             np.savez(file, header=text, data=np.frombuffer(packer.data, np.uint8))
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(part, path)
-        _sync_folder(path.parent)
     except OSError as problem:
-        part.unlink(missing_ok=True)
         raise InputError(
             f"The checkpoint {path} can't be written ({problem.strerror}). Make room, or give another file."
         ) from problem
-
-
-def _sync_folder(folder: Path) -> None:
-    """Let the new name reach the disk too, where the system has folders that can be opened."""
-    if os.name != "posix":
-        return
-    number = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(number)
-    finally:
-        os.close(number)
 
 
 def read_checkpoint(path: Path, content: str, about: Mapping[str, Any]) -> Any:

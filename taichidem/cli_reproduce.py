@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from taichidem.cli_progress import progress
+from taichidem.cli_workers import Cluster, Workers, executor_of
 
 if TYPE_CHECKING:
     from taichidem.paper.reproduction import Reproduction
@@ -35,6 +36,8 @@ def reproduce(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder; by default paper_quick or paper_full.")
     ] = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")] = False,
 ) -> None:
     """Run the paper's screening, response surface, optimum and confirmation heaps, and put its numbers beside ours.
@@ -45,8 +48,8 @@ def reproduce(
     from taichidem.paper.reproduction import reproduce as run
 
     effort = "full" if full else "quick"
-    with progress(quiet=as_json) as report:
-        result = run(output or Path(f"paper_{effort}"), effort, report)
+    with executor_of(workers, cluster) as executor, progress(quiet=as_json) as report:
+        result = run(output or Path(f"paper_{effort}"), effort, report, executor=executor)
     typer.echo(result.to_json()) if as_json else _print(result)
 
 

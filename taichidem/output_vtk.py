@@ -30,6 +30,7 @@ from taichidem.render_grains import grain_mesh
 from taichidem.render_walls import Wall, wall_surfaces
 from taichidem.shapes.forms import Forms
 from taichidem.snapshot import Snapshot
+from taichidem.whole_file import whole_file
 
 # Name in the file, width of one entry (0 a number), kind.
 FIELDS: dict[str, tuple[int, Any]] = {
@@ -252,14 +253,12 @@ def _joined(surfaces: list[pv.PolyData]) -> pv.PolyData:
 
 
 def _save(data: pv.PolyData, path: str | os.PathLike[str]) -> Path:
-    """Write under another name and rename, so that a file is whole or not there."""
     target = Path(path)
     if target.suffix != ".vtp":
         raise InputError(f"File given: {target}. Allowed: a name that ends in .vtp.")
-    fresh = target.with_name(f".{target.stem}.part.vtp")
     try:
-        data.save(fresh, binary=True)
-        fresh.replace(target)
+        with whole_file(target) as fresh:
+            data.save(fresh, binary=True)
     except OSError as problem:
         raise _unwritable(target, problem) from problem
     return target

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from taichidem.errors import InputError
 from taichidem.graphics import require_graphics
+from taichidem.whole_file import whole_file
 
 
 def save_picture(image: NDArray[np.uint8], path: str | os.PathLike[str]) -> Path:
@@ -27,7 +28,8 @@ def save_picture(image: NDArray[np.uint8], path: str | os.PathLike[str]) -> Path
 
     target = Path(path)
     try:
-        imsave(target, np.ascontiguousarray(image), format="png")
+        with whole_file(target) as fresh:
+            imsave(fresh, np.ascontiguousarray(image), format="png")
     except OSError as problem:
         raise InputError(
             f"Picture can't be written to {target} ({problem.strerror or problem}). Allowed: a file in a folder that "

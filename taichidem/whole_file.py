@@ -26,9 +26,21 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         with fresh.open("rb") as written:
             os.fsync(written.fileno())  # else a power cut may keep the new name and lose what it names
         fresh.replace(target)
+        _sync_folder(target.parent)
     except BaseException:
         fresh.unlink(missing_ok=True)
         raise
+
+
+def _sync_folder(folder: Path) -> None:
+    """Let the new name reach the disk too, where the system has folders that can be opened."""
+    if os.name != "posix":
+        return
+    number = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(number)
+    finally:
+        os.close(number)
 
 
 def write_whole(path: str | Path, text: str) -> None:

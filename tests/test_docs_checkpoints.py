@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from taichidem.cli import app
 from taichidem.experiments import BUILT_IN
 from tests.experiments.planted import SMALL, granules
+from tests.shown_commands import check_command
 
 PAGE = (Path(__file__).parents[1] / "docs" / "checkpoints.md").read_text(encoding="utf-8")
 PYTHON = re.findall(r"```python\n(.*?)```", PAGE, flags=re.S)
@@ -32,11 +30,7 @@ def test_the_file_of_a_test_is_gone_at_the_end(capsys, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, flags=re.M))
 def test_commands_and_options_exist(command):
-    _, name, *arguments = shlex.split(command)
-    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"})
-    assert shown.exit_code == 0, shown.output
-    for option in (a for a in arguments if a.startswith("-")):
-        assert option in shown.output, option
+    check_command(command)
 
 
 def test_the_size_it_names(tmp_path, monkeypatch):

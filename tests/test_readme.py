@@ -1,15 +1,13 @@
 """The README's Python blocks run as they stand, and its commands exist with the options shown."""
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from taichidem.cli import app
 from taichidem.experiments import FixedFunnel
 from taichidem.library import PAPER_HEAP
+from tests.shown_commands import check_command
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
 PYTHON = re.findall(r"```python\n(.*?)```", README, flags=re.S)
@@ -34,8 +32,4 @@ def test_the_api_is_shown_in_under_20_lines():
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_and_options_exist(command):
-    _, name, *arguments = shlex.split(command)
-    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"})
-    assert shown.exit_code == 0, shown.output
-    for option in (a for a in arguments if a.startswith("-")):
-        assert option in shown.output, option
+    check_command(command)

@@ -20,6 +20,7 @@ from taichidem.paper.heaps import SCALE
 from taichidem.paper.session import Session
 from taichidem.scene import Model
 from taichidem.study import Comparison, Run, compare, read_study, run_all
+from taichidem.whole_file import write_whole
 
 FIRST_SEED = 5000
 STAGE = "held-out tests"
@@ -40,8 +41,8 @@ def confirm(session: Session, levels: Mapping[str, float]) -> Comparison:
     folder.mkdir(exist_ok=True)
     model = session.model(levels)
     reference = _reference(session, model)
-    reference.to_csv(folder / "measurements.csv", index=False)
-    (folder / "study.toml").write_text(_study_text(model), encoding="utf-8")
+    write_whole(folder / "measurements.csv", reference.to_csv(index=False))
+    write_whole(folder / "study.toml", _study_text(model))
     seeds = range(FIRST_SEED + 101, FIRST_SEED + 101 + 2 * session.effort.held_out)
     return compare(
         read_study(folder),
@@ -49,6 +50,7 @@ def confirm(session: Session, levels: Mapping[str, float]) -> Comparison:
         session.store,
         folder / "results",
         lambda stage, share: session.tell(STAGE, share),
+        executor=session.executor,
     )
 
 
@@ -66,7 +68,9 @@ def _reference(session: Session, model: Model) -> pd.DataFrame:
     """Return what the fine grains give, as a table of measurements."""
     seeds = range(FIRST_SEED + 1, FIRST_SEED + 1 + session.effort.held_out)
     runs = [Run(test, model, seed, name) for name, test in tests(1.0).items() for seed in seeds]
-    found = run_all(runs, session.store, lambda share: session.tell("held-out reference", share))
+    found = run_all(
+        runs, session.store, lambda share: session.tell("held-out reference", share), executor=session.executor
+    )
     rows = []
     for name, test in tests(1.0).items():
         (observable,) = test.observables

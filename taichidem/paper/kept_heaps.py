@@ -20,6 +20,7 @@ from taichidem.scene import Model
 from taichidem.simulation import Simulation
 from taichidem.study import Run, StoredRun
 from taichidem.study.execution import stored_run
+from taichidem.whole_file import whole_file
 
 POURING = "pouring_s"  # detail of a stored run: wall time of its share of the pour, compilation and measurement apart
 
@@ -131,5 +132,6 @@ def _draw(folder: Path, heap: FixedFunnel, model: Model, seed: int) -> dict[str,
         s = heap.settings
         grains = grains_on_base(read_grains(_grains(folder, seed)), s.cup_radius)
         heap_picture(grains, walls=heap.walls(model), path=files["heap"])
-        measure_heap(grains, s.cup_radius, s.fit_from, s.fit_to).save_annotated(files["angle"])
+        with whole_file(files["angle"]) as fresh:
+            measure_heap(grains, s.cup_radius, s.fit_from, s.fit_to).save_annotated(fresh)
     return files

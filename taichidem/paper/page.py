@@ -16,6 +16,7 @@ from taichidem.paper.charts import effects_chart, heaps_chart, points_chart
 from taichidem.paper.checks import time_saved
 from taichidem.paper.effort import EFFORTS
 from taichidem.study.report.embedded import Picture, pictures
+from taichidem.whole_file import save_figure, write_whole
 
 if TYPE_CHECKING:
     from taichidem.paper.reproduction import Reproduction
@@ -32,10 +33,10 @@ def write_page(result: Reproduction) -> Path:
         "heaps": heaps_chart(result.optimum, result.fine, LABORATORY),
     }
     for name, figure in drawn.items():
-        figure.savefig(result.folder / f"{name}.png", dpi=DOTS_PER_INCH)
+        save_figure(figure, result.folder / f"{name}.png", dpi=DOTS_PER_INCH)
     page = _environment().get_template("paper.html.jinja").render(**_content(result, drawn))
     file = result.folder / FILE
-    file.write_text(page, encoding="utf-8")
+    write_whole(file, page)
     return file
 
 

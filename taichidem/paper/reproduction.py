@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -23,6 +24,7 @@ from taichidem.paper.surface import Surface, fit_surface
 from taichidem.study import Comparison, RunStore
 from taichidem.study.campaign import STORE
 from taichidem.study.result_file import ResultFile, plain
+from taichidem.whole_file import write_whole
 
 FINE_FIRST_SEED = 4000
 NOTHING: Tell = lambda stage, share: None  # noqa: E731
@@ -93,7 +95,9 @@ def _rows(table: Any) -> list[Mapping[str, Any]]:
     return table.to_dict("records")
 
 
-def reproduce(output: str | Path, effort: str = "quick", tell: Tell | None = None) -> Reproduction:
+def reproduce(
+    output: str | Path, effort: str = "quick", tell: Tell | None = None, *, executor: Executor | None = None
+) -> Reproduction:
     """Run the paper's study and what follows from it into a folder; what is there already is not run again.
 
     Designs and settings are the paper's (Tables 2 to 5), the engine, the statistics and the measurement in pictures are ours.
@@ -102,6 +106,7 @@ def reproduce(output: str | Path, effort: str = "quick", tell: Tell | None = Non
         output: folder for the runs, tables, pictures and the report.
         effort: "quick" with a softened Young's modulus, or "full" with the real one.
         tell: called with the stage and the share done, for a progress bar.
+        executor: workers that simulate, as for `run_all`; heaps whose time is taken are poured in this process all the same.
 
     Raises:
         InputError: an unknown effort, or a folder that can't be written.
@@ -117,7 +122,7 @@ def reproduce(output: str | Path, effort: str = "quick", tell: Tell | None = Non
     require_graphics()  # better now than after minutes of pouring
     began = time.perf_counter()
     with RunStore(folder / STORE) as store:
-        session = Session(folder, store, EFFORTS[effort], tell or NOTHING)
+        session = Session(folder, store, EFFORTS[effort], tell or NOTHING, executor)
         screening, surface = screen(session), fit_surface(session)
         rounds = tuple(search(session, surface))
         levels = rounds[-1].levels
@@ -137,4 +142,4 @@ def _check_effort(folder: Path, effort: str) -> None:
     marker = folder / "effort"
     if marker.is_file() and (held := marker.read_text(encoding="utf-8").strip()) != effort:
         raise InputError(f"{folder} holds a {held} reproduction; give another folder with -o for the {effort} one.")
-    marker.write_text(effort + "\n", encoding="utf-8")
+    write_whole(marker, effort + "\n")

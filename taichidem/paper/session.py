@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,12 +30,14 @@ class Session:
         store: of all runs.
         effort: how much is run.
         tell: called with the stage and the share done.
+        executor: workers that simulate the designs and the held-out tests, as for `run_all`.
     """
 
     folder: Path
     store: RunStore
     effort: Effort
     tell: Tell
+    executor: Executor | None = None
 
     def pour(
         self, stage: str, table: pd.DataFrame, letters: Sequence[str], heaps: int, first_seed: int
@@ -58,7 +61,7 @@ class Session:
             Run(heap, self.model({letter: row[letter] for letter in letters}), int(row["seed"]), stage)
             for row in rows.to_dict("records")
         ]
-        found = run_all(runs, self.store, lambda share: self.tell(stage, share))
+        found = run_all(runs, self.store, lambda share: self.tell(stage, share), executor=self.executor)
         rows[ANGLE] = found["angle_of_repose"].to_numpy() if "angle_of_repose" in found else np.nan
         rows["reason"] = found["reason"].to_numpy()
         failed = rows[rows[ANGLE].isna()]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -12,14 +13,14 @@ import pytest
 from taichidem import plugins
 from taichidem.errors import InputError, SimulationError
 from taichidem.heap_comparison import LABORATORY
-from taichidem.paper import kept_heaps, session
+from taichidem.paper import held_out, kept_heaps, session
 from taichidem.paper.effort import EFFORTS, Effort
 from taichidem.paper.heaps import model_at
 from taichidem.paper.optimum import search
 from taichidem.paper.reproduction import reproduce
 from taichidem.paper.screening import screen
 from taichidem.paper.surface import fit_surface
-from taichidem.study import RunStore, read_study
+from taichidem.study import RunStore, read_study, run_all
 from tests.paper import planted_heap
 from tests.paper.planted_heap import PlantedHeap, true_angle
 
@@ -176,6 +177,25 @@ def test_too_many_failed_heaps_end_it(bench, monkeypatch):
     monkeypatch.setattr(PlantedHeap, "failing", {1010, 1020})
     with pytest.raises(SimulationError, match=r"2 of 12 heaps of the screening failed.*World 0 diverged"):
         screen(bench)
+
+
+def test_designs_and_held_out_tests_go_to_the_workers(bench, monkeypatch):
+    seen = []
+
+    def watched(runs, store, report, executor):
+        seen.append(executor)
+        return run_all(runs, store, report)
+
+    def compared(*arguments, executor):
+        seen.append(executor)
+
+    monkeypatch.setattr(session, "run_all", watched)
+    monkeypatch.setattr(held_out, "run_all", watched)
+    monkeypatch.setattr(held_out, "compare", compared)
+    busy = replace(bench, executor="workers")
+    screen(busy)
+    held_out.confirm(busy, {"F": 0.5})
+    assert seen == ["workers"] * 3
 
 
 def test_a_surface_that_misses_is_searched_again_with_new_seeds(bench, monkeypatch):

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import re
-import shlex
 import sys
 from contextlib import nullcontext
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
-from typer.testing import CliRunner
 
-from taichidem.cli import app
 from taichidem.study import cluster, diagnosis_run
 from taichidem.study.executors import IN_FLIGHT, SpawnedProcesses
+from tests.shown_commands import check_command
 from tests.study.fakes import Quick
 
 PAGE = (Path(__file__).parents[2] / "docs" / "campaigns.md").read_text(encoding="utf-8")
@@ -23,9 +21,7 @@ PYTHON = re.findall(r"^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
 
 @pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, re.M))
 def test_commands_and_options_exist(command):
-    _, name, *arguments = shlex.split(command)
-    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"}).output
-    assert all(option in shown for option in arguments if option.startswith("-"))
+    check_command(command)
 
 
 def test_the_example_of_processes_runs(write, tmp_path, monkeypatch, capsys):

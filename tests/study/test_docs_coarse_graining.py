@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from taichidem.cli import app
 from taichidem.study import read_study
+from tests.shown_commands import check_command
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "coarse_graining.md").read_text(encoding="utf-8")
@@ -27,11 +25,7 @@ def test_the_python_block_runs(capsys):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_and_options_exist(command):
-    _, name, *arguments = shlex.split(command)
-    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"})
-    assert shown.exit_code == 0, shown.output
-    for option in (a for a in arguments if a.startswith("-")):
-        assert option in shown.output, option
+    check_command(command)
 
 
 def test_it_shows_every_test_of_the_example_and_its_numbers_of_grains():

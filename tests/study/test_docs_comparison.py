@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from taichidem.cli import app
 from taichidem.study import compare
+from tests.shown_commands import check_command
 
 PAGE = (Path(__file__).parents[2] / "docs" / "comparison.md").read_text(encoding="utf-8")
 
@@ -37,6 +35,4 @@ def test_the_example_fails_as_shown(tmp_path, monkeypatch, capsys):
 
 @pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, re.M))
 def test_commands_and_options_exist(command):
-    _, name, *arguments = shlex.split(command)
-    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"}).output
-    assert all(option in shown for option in arguments if option.startswith("-"))
+    check_command(command)

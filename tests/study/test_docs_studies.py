@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from taichidem.cli import app
 from taichidem.experiments import FixedFunnel
 from taichidem.experiments.base import Outcome
 from taichidem.study import read_measurements, read_study
 from taichidem.study.parameter_key import ParameterKey
+from tests.shown_commands import check_command
 
 PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
 
@@ -80,6 +78,4 @@ def test_invented_measurements_are_said_to_be_invented():
 
 @pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, re.M))
 def test_commands_and_options_exist(command):
-    _, name, *arguments = shlex.split(command)
-    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"}).output
-    assert all(option in shown for option in arguments if option.startswith("-"))
+    check_command(command)
