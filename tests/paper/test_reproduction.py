@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from analysis.report import Report
 from taichidem import plugins
 from taichidem.errors import InputError, SimulationError
 from taichidem.heap_comparison import LABORATORY
@@ -151,8 +152,10 @@ def test_a_folder_of_the_other_effort_is_refused(result):
 
 
 @pytest.fixture
-def bench(planted, tmp_path):
-    """A session in a folder of its own."""
+def bench(planted, tmp_path, monkeypatch):
+    """A session in a folder of its own, in which nothing is drawn."""
+    monkeypatch.setattr(kept_heaps, "_draw", lambda *_: {})
+    monkeypatch.setattr(Report, "save", lambda *_: [])
     with RunStore(tmp_path / "runs.sqlite") as store:
         yield session.Session(tmp_path, store, SMALL, lambda stage, share: None)
 
