@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,7 @@ from analysis.report import Report
 from taichidem import plugins
 from taichidem.errors import InputError, SimulationError
 from taichidem.heap_comparison import LABORATORY
-from taichidem.paper import held_out, kept_heaps, session
+from taichidem.paper import held_out, kept_heaps, reproduction, session
 from taichidem.paper.effort import EFFORTS, Effort
 from taichidem.paper.heaps import model_at
 from taichidem.paper.optimum import search
@@ -131,7 +132,11 @@ def test_again_it_runs_nothing_and_says_the_same(result, planted):
     assert again.held_out.runs["new"] == 0
 
 
-def test_the_command_prints_the_checks_and_json(result, planted, command):
+def test_the_command_prints_the_checks_and_json(result, command, monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        reproduction, "reproduce", lambda *given, executor: asked.append((given[:2], executor)) or result
+    )
     code, out, _ = command("reproduce", "paper", "-o", result.folder)
     assert code == 0
     for check in result.checks:
@@ -139,6 +144,9 @@ def test_the_command_prints_the_checks_and_json(result, planted, command):
     assert "Tests the model was not fitted to" in out
     code, out, _ = command("reproduce", "paper", "-o", result.folder, "--json")
     assert json.loads(out)["effort"] == "quick"
+    assert asked == [((result.folder, "quick"), None)] * 2
+    command("reproduce", "paper", "--full")
+    assert asked[-1][0] == (Path("paper_full"), "full")
     code, _, err = command("reproduce", "papers")
     assert code == 2
     assert "paper" in err
@@ -211,7 +219,8 @@ def test_a_surface_that_misses_is_searched_again_with_new_seeds(bench, monkeypat
     assert len(set(seeds)) == len(seeds)
 
 
-def test_a_heap_whose_grains_were_deleted_is_poured_again(result, planted):
+def test_a_heap_whose_grains_were_deleted_is_poured_again(result, planted, monkeypatch):
+    monkeypatch.setattr(Report, "save", lambda *_: [])
     before = len(PlantedHeap.poured)
     (result.folder / "fine_heaps" / f"grains_seed_{result.fine.seeds[0]}.vtp").unlink()
     again = reproduce(result.folder)
