@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from analysis.plot_style import BLUE, GREY, ORANGE, new_figure, tidy
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from taichidem.paper.kept_heaps import KeptHeaps
@@ -56,12 +58,35 @@ def points_chart(surface: Surface) -> Figure:
     return figure
 
 
-def heaps_chart(optimum: Optimum, fine: KeptHeaps, laboratory: tuple[float, float]) -> Figure:
-    """Return every confirmation heap beside the laboratory's angle."""
+def search_chart(rounds: Sequence[Optimum], laboratory: tuple[float, float]) -> Figure:
+    """Return the heaps of every round of the search beside what was expected and the laboratory's angle."""
     figure, axes = new_figure(height=3.4, width=5.4)
+    _laboratory_band(axes, laboratory)
+    places = range(1, len(rounds) + 1)
+    axes.plot(places, [found.predicted for found in rounds], "_", color=ORANGE, markersize=18, label="expected")
+    means, uncertainties = [found.heaps.mean for found in rounds], [found.heaps.u for found in rounds]
+    axes.errorbar(places, means, uncertainties, fmt="D", color=BLUE, capsize=3, label="heaps, mean ± u")
+    axes.set_xticks(places, [_setting_text(found) for found in rounds])
+    axes.set_xlim(0.5, len(rounds) + 0.5)
+    axes.legend(frameon=False, loc="best")
+    tidy(axes, "The search, round by round", "", "angle of repose [deg]")
+    return figure
+
+
+def _setting_text(found: Optimum) -> str:
+    return "\n".join(f"{letter} = {value:.3g}" for letter, value in found.levels.items())
+
+
+def _laboratory_band(axes: Axes, laboratory: tuple[float, float]) -> None:
     value, u = laboratory
     axes.axhspan(value - u, value + u, color=GREY, alpha=0.25, label=f"laboratory {value:g}° ± {u:g}°")
     axes.axhline(value, color=GREY, linewidth=1)
+
+
+def heaps_chart(optimum: Optimum, fine: KeptHeaps, laboratory: tuple[float, float]) -> Figure:
+    """Return every confirmation heap beside the laboratory's angle."""
+    figure, axes = new_figure(height=3.4, width=5.4)
+    _laboratory_band(axes, laboratory)
     for place, (heaps, colour) in enumerate(((optimum.heaps, BLUE), (fine, ORANGE))):
         axes.plot(np.full(len(heaps.angles), place), heaps.angles, "o", color=colour, alpha=0.5)
         axes.errorbar([place + 0.12], [heaps.mean], [heaps.u], fmt="D", color=colour, capsize=3)

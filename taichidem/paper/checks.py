@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from taichidem.heap_comparison import LABORATORY
 from taichidem.paper.kept_heaps import KeptHeaps
 from taichidem.paper.optimum import Optimum
-from taichidem.paper.published import CONFIRMED, EFFECTS, OPTIMUM, TIME_SAVED
+from taichidem.paper.published import CONFIRMED, EFFECTS, OPTIMUM, SURFACE, TIME_SAVED
 from taichidem.paper.screening import Screening
 from taichidem.paper.surface import Surface
 
@@ -37,12 +37,16 @@ class Check:
     note: str = ""
 
 
-def checks_of(screening: Screening, surface: Surface, optimum: Optimum, fine: KeptHeaps) -> Iterator[Check]:
-    """Yield every check."""
+def checks_of(screening: Screening, surface: Surface, rounds: Sequence[Optimum], fine: KeptHeaps) -> Iterator[Check]:
+    """Yield every check; the last of the rounds is the result, those without a further factor are the paper's way."""
     yield from _of_screening(screening)
     yield from _of_surface(surface)
+    optimum = rounds[-1]
     yield _of_setting(optimum)
-    yield _of_optimum(optimum)
+    (*_, by_surface) = (found for found in rounds if set(found.levels) == set(SURFACE))
+    yield _of_optimum(by_surface)
+    if optimum is not by_surface:
+        yield _of_optimum(optimum)
     yield from (_of_heaps(heaps) for heaps in (optimum.heaps, fine))
     yield _of_time(optimum.heaps, fine)
 
@@ -92,7 +96,7 @@ def _of_setting(optimum: Optimum) -> Check:
 def _of_optimum(optimum: Optimum) -> Check:
     target, u = LABORATORY
     return Check(
-        "heap at the optimum, 6 mm",
+        f"heap at the optimum of {', '.join(optimum.levels)}, 6 mm",
         f"{CONFIRMED[6.0][0]:.2f}°",
         f"{optimum.heaps.mean:.2f}° ± {optimum.heaps.u:.2f}°",
         f"{target:g}° ± {u:g}°",

@@ -29,14 +29,14 @@ class Optimum:
 
     Attributes:
         levels: letter → value in the paper's units.
-        predicted: by the surface [deg].
-        report: of the optimiser.
+        predicted: the angle expected there [deg].
+        how: sentences that say how the setting was found.
         heaps: of 6 mm at this setting.
     """
 
     levels: Mapping[str, float]
     predicted: float
-    report: Report
+    how: str
     heaps: KeptHeaps
 
     @property
@@ -54,22 +54,28 @@ class Optimum:
         if self.hits:
             return ""
         target, u = LABORATORY[0], self.heaps.u
-        if self.predicted < target - 0.01:
+        if self.out_of_reach:
             return (
-                f"The surface reaches {self.predicted:.2f}° inside the ranges of {', '.join(SURFACE)} and not {target:g}°: with "
-                f"the other factors at their fixed values these three can't lift the heap to the laboratory's angle."
+                f"Inside the ranges of {', '.join(self.levels)} {self.predicted:.2f}° is the nearest to {target:g}°: with the "
+                "other factors at their fixed values these can't bring the heap to the laboratory's angle."
             )
         return (
-            f"The surface promises {self.predicted:.2f}° at this setting and the heaps give {self.heaps.mean:.2f}° ± {u:.2f}°: "
-            f"what is left is the scatter from heap to heap and what a quadratic surface misses."
+            f"{self.predicted:.2f}° is expected at this setting and the heaps give {self.heaps.mean:.2f}° ± {u:.2f}°: what is "
+            "left is the scatter from heap to heap and what a smooth surface misses."
         )
+
+    @property
+    def out_of_reach(self) -> bool:
+        """Whether even the expected angle differs from the laboratory's, so that no setting in the ranges is expected to hit."""
+        return abs(self.predicted - LABORATORY[0]) > 0.01
 
 
 def search(session: Session, surface: Surface) -> list[Optimum]:
     """Return the rounds of the search, the last one being the result.
 
     A round fits the surface to all heaps poured so far, takes the setting that it sends to the laboratory's angle, and pours
-    there with seeds of its own. The search ends when these heaps hit, or when the setting stays where it was.
+    there with seeds of its own. The search ends when these heaps hit, when the setting stays where it was, or when the
+    surface doesn't reach the angle inside its ranges.
     """
     table = surface.heaps[surface.heaps[ANGLE].notna()]
     rounds: list[Optimum] = []
@@ -77,16 +83,30 @@ def search(session: Session, surface: Surface) -> list[Optimum]:
         report, levels, predicted = _setting(table)
         if rounds and _distance(levels, rounds[-1].levels) < SAME:
             break
-        heaps = _pour(session, levels, number)
-        rounds.append(Optimum(levels, predicted, report, heaps))
-        if rounds[-1].hits:
+        report.save(session.folder / STAGE, plugins.get("analyser", "optimise")().figures(report))
+        name = f"{STAGE}_heaps" + (f"_{number + 1}" if number else "")
+        heaps = pour_at(session, levels, name, number)
+        rounds.append(Optimum(levels, predicted, " ".join(report.sentences), heaps))
+        if rounds[-1].hits or rounds[-1].out_of_reach:
             break
         table = pd.concat(
             [table, pd.DataFrame([{**levels, ANGLE: angle} for angle in heaps.angles])], ignore_index=True
         )
-    report = rounds[-1].report
-    report.save(session.folder / STAGE, plugins.get("analyser", "optimise")().figures(report))
     return rounds
+
+
+def pour_at(session: Session, levels: Mapping[str, float], name: str, number: int) -> KeptHeaps:
+    """Return heaps of 6 mm at a setting.
+
+    Args:
+        session: where they are poured and kept.
+        levels: letter → value in the paper's units.
+        name: of their folder.
+        number: of the pour, from 0; each has seeds of its own.
+    """
+    first = FIRST_SEED + SEEDS_APART * number
+    seeds = range(first + 1, first + 1 + session.effort.coarse)
+    return pour_and_keep(session, name, coarse_heap(), session.model(levels), seeds)
 
 
 def _setting(table: pd.DataFrame) -> tuple[Report, dict[str, float], float]:
@@ -99,13 +119,6 @@ def _setting(table: pd.DataFrame) -> tuple[Report, dict[str, float], float]:
         if factor.letter in levels and setting.loc[factor.letter, "Note"].startswith("in no model"):
             levels[factor.letter] = factor.fixed
     return report, levels, float(report.numbers[ANGLE])
-
-
-def _pour(session: Session, levels: Mapping[str, float], number: int) -> KeptHeaps:
-    first = FIRST_SEED + SEEDS_APART * number
-    seeds = range(first + 1, first + 1 + session.effort.coarse)
-    name = f"{STAGE}_heaps" + (f"_{number + 1}" if number else "")
-    return pour_and_keep(session, name, coarse_heap(), session.model(levels), seeds)
 
 
 def _distance(levels: Mapping[str, float], others: Mapping[str, float]) -> float:

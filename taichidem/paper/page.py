@@ -12,7 +12,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, se
 from taichidem import __version__
 from taichidem.heap_comparison import LABORATORY
 from taichidem.paper import published
-from taichidem.paper.charts import effects_chart, heaps_chart, points_chart
+from taichidem.paper.charts import effects_chart, heaps_chart, points_chart, search_chart
 from taichidem.paper.checks import time_saved
 from taichidem.paper.effort import EFFORTS
 from taichidem.study.report.embedded import Picture, pictures
@@ -30,6 +30,7 @@ def write_page(result: Reproduction) -> Path:
     drawn = {
         "effects": effects_chart(result.screening),
         "points": points_chart(result.surface),
+        "search": search_chart(result.rounds, LABORATORY),
         "heaps": heaps_chart(result.optimum, result.fine, LABORATORY),
     }
     for name, figure in drawn.items():

@@ -17,6 +17,7 @@ from taichidem.paper.checks import Check, checks_of
 from taichidem.paper.effort import EFFORTS
 from taichidem.paper.heaps import fine_heap
 from taichidem.paper.kept_heaps import KeptHeaps, pour_and_keep
+from taichidem.paper.next_factor import search_further
 from taichidem.paper.optimum import Optimum, search
 from taichidem.paper.screening import Screening, screen
 from taichidem.paper.session import Session, Tell
@@ -80,7 +81,13 @@ class Reproduction(ResultFile):
                     "anova": _rows(self.surface.report.tables["anova"]),
                 },
                 "optimum": [
-                    {"levels": dict(r.levels), "predicted_deg": r.predicted, "hits": r.hits, "heaps": r.heaps.as_dict()}
+                    {
+                        "levels": dict(r.levels),
+                        "predicted_deg": r.predicted,
+                        "how": r.how,
+                        "hits": r.hits,
+                        "heaps": r.heaps.as_dict(),
+                    }
                     for r in self.rounds
                 ],
                 "fine": self.fine.as_dict(),
@@ -124,14 +131,15 @@ def reproduce(
     with RunStore(folder / STORE) as store:
         session = Session(folder, store, EFFORTS[effort], tell or NOTHING, executor)
         screening, surface = screen(session), fit_surface(session)
-        rounds = tuple(search(session, surface))
+        rounds = search(session, surface)
+        rounds += search_further(session, screening, rounds[-1])
         levels = rounds[-1].levels
         seeds = range(FINE_FIRST_SEED + 1, FINE_FIRST_SEED + 1 + session.effort.fine)
         fine = pour_and_keep(session, "fine_heaps", fine_heap(), session.model(levels), seeds)
         compared = held_out.confirm(session, levels)
-    checks = tuple(checks_of(screening, surface, rounds[-1], fine))
+    checks = tuple(checks_of(screening, surface, rounds, fine))
     wall = time.perf_counter() - began
-    result = Reproduction(effort, screening, surface, rounds, fine, compared, checks, folder, wall)
+    result = Reproduction(effort, screening, surface, tuple(rounds), fine, compared, checks, folder, wall)
     result.save()
     write_page(result)
     return result

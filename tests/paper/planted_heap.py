@@ -35,6 +35,7 @@ class PlantedHeap(FixedFunnel):
     poured: ClassVar[list[int]] = []
     failing: ClassVar[set[int]] = set()
     offset: ClassVar[float] = 0.0  # [deg], of every heap
+    rolling: ClassVar[float] = 0.0  # [deg], per unit of rolling friction
     late_offset: ClassVar[float] = 0.0  # [deg], of heaps at an optimum: what a surface can't know
 
     def run(self, models, seeds, *, schedule="worlds", report=None, frames=None):
@@ -48,6 +49,8 @@ class PlantedHeap(FixedFunnel):
         if seed in self.failing:
             return Outcome({}, seed, "World 0 diverged")
         angle = true_angle(model) + self.offset + (self.late_offset if seed > 3000 else 0.0)
+        rolling = {effect.name: effect.values for effect in model.effects}["rolling_constant_torque"]
+        angle += self.rolling * rolling["rolling_friction"][SAME]
         angle += SCATTER * np.random.default_rng(seed).standard_normal()
         details = {"profile": {"angle_deg": angle}}
         return Outcome({"angle_of_repose": angle}, seed, None, cone_of(angle, seed), details)

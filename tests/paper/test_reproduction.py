@@ -16,9 +16,12 @@ from taichidem import plugins
 from taichidem.errors import InputError, SimulationError
 from taichidem.heap_comparison import LABORATORY
 from taichidem.paper import held_out, kept_heaps, reproduction, session
+from taichidem.paper.checks import checks_of
 from taichidem.paper.effort import EFFORTS, Effort
 from taichidem.paper.heaps import model_at
+from taichidem.paper.next_factor import _step, next_factor, search_further
 from taichidem.paper.optimum import search
+from taichidem.paper.published import FACTORS
 from taichidem.paper.reproduction import reproduce
 from taichidem.paper.screening import screen
 from taichidem.paper.surface import fit_surface
@@ -90,7 +93,7 @@ def test_the_optimum_hits_the_laboratory(result):
 def test_the_checks_are_told_by_table_page_and_file(result):
     met = {check.name: check.met for check in result.checks}
     assert met["leading factors of the screening (Table 7)"]
-    assert met["heap at the optimum, 6 mm"]
+    assert met["heap at the optimum of F, D, B, 6 mm"]
     assert met["error at 6 mm"]
     page = (result.folder / "report.html").read_text(encoding="utf-8")
     for check in result.checks:
@@ -170,9 +173,57 @@ def bench(planted, tmp_path, monkeypatch):
 
 def test_an_angle_out_of_reach_is_told(bench, monkeypatch):
     monkeypatch.setattr(PlantedHeap, "offset", -8.0)
-    found = search(bench, fit_surface(bench))[-1]
-    assert not found.hits
-    assert "can't lift the heap" in found.why_not()
+    rounds = search(bench, fit_surface(bench))
+    assert len(rounds) == 1  # pouring more would not help
+    assert not rounds[0].hits
+    assert "can't bring the heap" in rounds[0].why_not()
+
+
+def test_the_screening_s_next_factor_brings_a_heap_within_reach_that_the_surface_leaves_out(bench, monkeypatch):
+    monkeypatch.setattr(PlantedHeap, "offset", -6.0)
+    monkeypatch.setattr(PlantedHeap, "rolling", 25.0)
+    screening, rounds = screen(bench), search(bench, fit_surface(bench))
+    further = list(search_further(bench, screening, rounds[-1]))
+    assert not rounds[-1].hits
+    assert further[-1].hits
+    levels = further[-1].levels
+    assert {key: levels[key] for key in "FDB"} == rounds[-1].levels
+    assert true_angle(result_model(levels)) + 25.0 * levels["H"] - 6.0 == pytest.approx(LABORATORY[0], abs=0.8)
+    assert "H (rolling friction PP–PP), the screening's next factor with +" in further[0].how
+    seeds = [seed for found in [*rounds, *further] for seed in found.heaps.seeds]
+    assert len(set(seeds)) == len(seeds)
+    names = [check.name for check in checks_of(screening, fit_surface(bench), [*rounds, *further], further[-1].heaps)]
+    assert "heap at the optimum of F, D, B, 6 mm" in names
+    assert "heap at the optimum of F, D, B, H, 6 mm" in names
+
+
+def test_no_heap_is_poured_beyond_the_end_of_the_next_factor_s_range(bench, monkeypatch):
+    monkeypatch.setattr(PlantedHeap, "offset", -20.0)
+    monkeypatch.setattr(PlantedHeap, "rolling", 10.0)
+    screening, rounds = screen(bench), search(bench, fit_surface(bench))
+    further = list(search_further(bench, screening, rounds[-1]))
+    assert [found.levels["H"] for found in further] == [0.44]
+    assert further[0].out_of_reach
+
+
+@pytest.mark.parametrize(
+    ("effects", "wanted", "letter"),
+    [
+        ({"H": 2.0, "I": -9.0}, +1.0, "H"),  # I stands at its low end, where it can only lower the angle
+        ({"H": 2.0, "I": -9.0}, -1.0, "I"),
+        ({"H": -2.0}, +1.0, None),
+    ],
+)
+def test_the_next_factor_is_the_one_with_room_on_the_wanted_side(effects, wanted, letter):
+    found = next_factor(dict.fromkeys("ACEGHI", 0.0) | effects, wanted)
+    assert (found and found.letter) == letter
+
+
+def test_steps_follow_the_effect_until_the_target_is_bracketed():
+    (rolling,) = (factor for factor in FACTORS if factor.letter == "H")
+    assert _step({0.05: 28.18}, rolling, 3.9) == pytest.approx((0.25, 30.18))
+    assert _step({0.05: 28.18, 0.25: 32.18}, rolling, 3.9) == pytest.approx((0.15, 30.18))
+    assert _step({0.05: 20.18}, rolling, 3.9) == pytest.approx((0.44, 24.08))
 
 
 def test_a_failed_heap_is_left_out(bench, monkeypatch):
