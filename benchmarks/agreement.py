@@ -156,7 +156,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, nargs="+", default=SEEDS)
     parser.add_argument("--store", type=Path, default=STORE, help="run store that keeps what was simulated")
     given = parser.parse_args(arguments)
-    from taichidem.cli_progress import progress
+    from taichidem.cli.progress import progress
 
     given.store.parent.mkdir(parents=True, exist_ok=True)
     try:

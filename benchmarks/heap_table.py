@@ -143,7 +143,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--reference", type=Path, default=REFERENCE, help="the reference table (CSV)")
     parser.add_argument("--seeds", type=int, nargs="+", default=SEEDS)
     given = parser.parse_args(arguments)
-    from taichidem.cli_progress import progress
+    from taichidem.cli.progress import progress
 
     try:
         points = read_points(given.reference)

@@ -206,7 +206,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--output", "-o", type=Path, default=ROOT / "docs")
     given = parser.parse_args(arguments)
     from benchmarks.sensitivity_plot import plot
-    from taichidem.cli_progress import progress
+    from taichidem.cli.progress import progress
 
     known = {c.name for c in (*PARAMETERS, *EFFECTS)}
     for name in given.only or ():

@@ -132,7 +132,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, nargs="+", default=SEEDS)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all numbers to a file")
     given = parser.parse_args(arguments)
-    from taichidem.cli_progress import progress
+    from taichidem.cli.progress import progress
 
     before = load()
     try:

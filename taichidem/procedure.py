@@ -15,11 +15,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from taichidem.course import Course, Procedure
+from taichidem.checkpoints.course import Course, Procedure
+from taichidem.checkpoints.keeper import Keeper
 from taichidem.errors import InputError
 from taichidem.grain import Grain
 from taichidem.insertion import Region, fill_at_random, place_at_random
-from taichidem.keeper import Keeper
 from taichidem.shapes.outlines import Outlines
 from taichidem.simulation import Simulation
 from taichidem.snapshot import Frame

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from taichidem import checkpoint, checkpoint_file, runtime
+from taichidem import runtime
 from taichidem.bodies import Bodies
+from taichidem.checkpoints import checkpoint, file
 from taichidem.effects.base import ContactEffect
 from taichidem.errors import InputError, SimulationError, unknown_name
 from taichidem.loading import motion_columns
@@ -171,7 +172,7 @@ class Simulation:
         """
         self._check_open()
         about, state = checkpoint.about_scenes(self.scenes, self.schedule), checkpoint.state_of(self)
-        checkpoint_file.write_checkpoint(Path(path), "simulation", about, state)
+        file.write_checkpoint(Path(path), "simulation", about, state)
 
     @classmethod
     def load(cls, path: str | Path, scenes: Scene | Sequence[Scene], schedule: str = "worlds") -> Simulation:
@@ -186,7 +187,7 @@ class Simulation:
             InputError: a file that is damaged, of another version, or saved from other scenes or another schedule.
         """
         every = [scenes] if isinstance(scenes, Scene) else list(scenes)
-        state = checkpoint_file.read_checkpoint(Path(path), "simulation", checkpoint.about_scenes(every, schedule))
+        state = file.read_checkpoint(Path(path), "simulation", checkpoint.about_scenes(every, schedule))
         simulation = cls(every, schedule)
         checkpoint.restore(simulation, state)
         return simulation

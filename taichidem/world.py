@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from taichidem.bodies import Bodies
+from taichidem.checkpoints.journal import Journal
 from taichidem.insertion import Region
-from taichidem.journal import Journal
 from taichidem.shapes.outlines import Outlines
 from taichidem.simulation import Simulation
 from taichidem.snapshot import Frame, Snapshot, WallState

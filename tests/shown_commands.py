@@ -6,7 +6,7 @@ import shlex
 
 from typer.testing import CliRunner
 
-from taichidem.cli import app
+from taichidem.cli.main import app
 
 
 def check_command(line: str) -> None:

@@ -10,9 +10,9 @@ import pytest
 import taichi as ti
 
 from taichidem import runtime
-from taichidem.archive import RowAccess, kept_tables
 from taichidem.bodies import Bodies
-from taichidem.checkpoint import archive_of
+from taichidem.checkpoints.archive import RowAccess, kept_tables
+from taichidem.checkpoints.checkpoint import archive_of
 from taichidem.simulation import Simulation
 from tests.conftest import share_engines
 from tests.crowds import KINDS, crowd

@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from taichidem import checkpoint_file
 from taichidem.bodies import Bodies
+from taichidem.checkpoints.file import FORMAT, PHYSICS_VERSION
+from taichidem.checkpoints.packing import Packer
 from taichidem.effects import BodyGravity
 from taichidem.errors import InputError
 from taichidem.materials import Material
-from taichidem.packing import Packer
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Simulation
 from taichidem.walls import Plane
@@ -188,4 +188,4 @@ def test_the_program_and_the_version_stand_in_the_file(saved):
     with np.load(saved) as archive:
         header = json.loads(archive["header"].tobytes())
     assert header["program"] == "taichidem"
-    assert (header["format"], header["physics"]) == (checkpoint_file.FORMAT, checkpoint_file.PHYSICS_VERSION)
+    assert (header["format"], header["physics"]) == (FORMAT, PHYSICS_VERSION)

@@ -8,8 +8,9 @@ import signal
 
 import pytest
 
-from taichidem import keeper, runtime
-from taichidem.keeper import Keeper
+from taichidem import runtime
+from taichidem.checkpoints import keeper
+from taichidem.checkpoints.keeper import Keeper
 
 DRUM = ["radius=36 mm", "length=24 mm", "particles=75", "settle_time=0.1", "spin_up_time=0.1", "averaging_time=0.1"]
 COMMAND = ["simulate", "rotating_drum", *(part for setting in DRUM for part in ("-s", setting)), "--json"]

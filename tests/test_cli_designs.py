@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from designs import BUILT_IN
 from taichidem import plugins
-from taichidem.cli_designs import parse_value, read_table, register
+from taichidem.cli.designs import parse_value, read_table, register
 from taichidem.errors import InputError
 from taichidem.paper.published import DATA, central_composite
 

@@ -3,8 +3,8 @@
 import pytest
 from typer.testing import CliRunner
 
-from taichidem import cli
-from taichidem.cli_shape import parse_shape
+from taichidem.cli.main import app
+from taichidem.cli.shape import parse_shape
 from taichidem.errors import InputError
 from taichidem.experiments import FixedFunnel
 from taichidem.experiments.base import Outcome
@@ -50,6 +50,6 @@ def test_simulate_takes_the_form(monkeypatch):
         return [Outcome({"angle_of_repose": 20.0}, seed) for seed in seeds]
 
     monkeypatch.setattr(FixedFunnel, "run", quickly)
-    shown = CliRunner().invoke(cli.app, ["simulate", "fixed_funnel", "--shape", "spheroid:1.5", "--json"])
+    shown = CliRunner().invoke(app, ["simulate", "fixed_funnel", "--shape", "spheroid:1.5", "--json"])
     assert shown.exit_code == 0, shown.output
     assert seen[0].shape == Superquadric.spheroid(1.5)

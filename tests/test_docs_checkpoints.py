@@ -34,7 +34,7 @@ def test_commands_and_options_exist(command):
 
 
 def test_the_size_it_names(tmp_path, monkeypatch):
-    from taichidem.keeper import Keeper
+    from taichidem.checkpoints.keeper import Keeper
 
     sizes = []
     write = Keeper._write

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from taichidem.cli import app
-from taichidem.cli_shape import parse_shape
+from taichidem.cli.main import app
+from taichidem.cli.shape import parse_shape
 from taichidem.effects import Elongation
 from taichidem.shapes import Superquadric
 from taichidem.study import read_study

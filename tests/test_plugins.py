@@ -191,7 +191,7 @@ def site(tmp_path_factory):
     return target
 
 
-COMMAND = "import typer\nfrom taichidem.cli_designs import register\napp = typer.Typer()\nregister(app)\napp()"
+COMMAND = "import typer\nfrom taichidem.cli.designs import register\napp = typer.Typer()\nregister(app)\napp()"
 
 
 def test_outside_package_through_the_api(site):

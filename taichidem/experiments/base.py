@@ -10,10 +10,10 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from taichidem.checkpoints.keeper import EVERY
 from taichidem.effects import BodyGravity
 from taichidem.errors import InputError, TaichidemError, unknown_name
 from taichidem.grain import Grain
-from taichidem.keeper import EVERY
 from taichidem.procedure import Frame, Procedure, World
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Snapshot

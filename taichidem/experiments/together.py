@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from taichidem.checkpoint import about_scenes
+from taichidem.checkpoints.checkpoint import about_scenes
+from taichidem.checkpoints.keeper import EVERY, Keeper
 from taichidem.experiments.base import Experiment, Outcome
-from taichidem.keeper import EVERY, Keeper
 from taichidem.procedure import World, play
 from taichidem.scene import Model, Scene
 from taichidem.simulation import Simulation

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from taichidem import keeper, stepper
+from taichidem import stepper
+from taichidem.checkpoints import keeper
 from taichidem.errors import InputError
 from taichidem.experiments import BUILT_IN
 from taichidem.experiments.base import Experiment

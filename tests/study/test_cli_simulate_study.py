@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from taichidem.cli_simulate import parse_seeds
+from taichidem.cli.simulate import parse_seeds
 from taichidem.errors import InputError
 from tests.study.fakes import MEASUREMENTS, Quick
 

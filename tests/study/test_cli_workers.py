@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 import taichidem.study
-from taichidem import cli_workers
+from taichidem.cli import workers
 from taichidem.errors import InputError
 from tests.study.fakes import Quick
 
@@ -86,5 +86,5 @@ def test_runs_that_were_repeated_are_told(command, write):
 
 
 def test_an_executor_is_given_only_when_asked_for():
-    with cli_workers.executor_of(None, None) as executor:
+    with workers.executor_of(None, None) as executor:
         assert executor is None

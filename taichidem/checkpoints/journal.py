@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from taichidem.checkpoints.packing import Packer, checksum
 from taichidem.errors import InputError
-from taichidem.packing import Packer, checksum
 from taichidem.shapes.forms import Forms
 from taichidem.snapshot import Frame, Snapshot, WallState
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from taichidem import errors
-from taichidem.checkpoint import restore, state_of
+from taichidem.checkpoints.checkpoint import restore, state_of
+from taichidem.checkpoints.journal import Journal
 from taichidem.errors import InputError, TaichidemError
-from taichidem.journal import Journal
 from taichidem.simulation import Simulation
 from taichidem.world import World
 

@@ -12,12 +12,12 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from taichidem import cli_simulate_study
-from taichidem.cli_drawn import Drawn
-from taichidem.cli_kept import Kept
-from taichidem.cli_progress import progress
-from taichidem.cli_shape import parse_shape
-from taichidem.cli_workers import Cluster, Workers, executor_of
+from taichidem.cli import simulate_study
+from taichidem.cli.drawn import Drawn
+from taichidem.cli.kept import Kept
+from taichidem.cli.progress import progress
+from taichidem.cli.shape import parse_shape
+from taichidem.cli.workers import Cluster, Workers, executor_of
 from taichidem.errors import InputError
 from taichidem.whole_file import write_whole
 
@@ -122,7 +122,7 @@ def simulate(
     from taichidem import plugins
 
     drawn, kept = Drawn(picture, movie, frame_interval, colour_by), Kept(checkpoint, checkpoint_every)
-    if cli_simulate_study.is_study(what):
+    if simulate_study.is_study(what):
         _refuse(
             "a study, whose file says it",
             {"--set": setting, "--parameter": parameter, "--shape": shape, "--output": output},
@@ -131,7 +131,7 @@ def simulate(
         _refuse("a study, whose store keeps every run; it is for a single experiment", kept.options())
         numbers = parse_seeds(seeds or "4")
         with executor_of(workers, cluster) as executor:
-            cli_simulate_study.simulate_study(what, experiments, numbers, store, retry_failed, as_json, executor)
+            simulate_study.simulate_study(what, experiments, numbers, store, retry_failed, as_json, executor)
     elif what in plugins.names("experiment"):
         options = {"--experiments": experiments, "--store": store, "--retry-failed": retry_failed}
         options |= {"--workers": workers is not None, "--cluster": cluster is not None}
@@ -139,7 +139,7 @@ def simulate(
         numbers = parse_seeds(seeds or "1")
         _simulate_experiment(what, setting or [], parameter or [], shape, numbers, output, drawn, kept, as_json)
     else:
-        raise cli_simulate_study.neither(what)
+        raise simulate_study.neither(what)
 
 
 def _refuse(case: str, options: dict[str, Any]) -> None:

@@ -13,10 +13,10 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from taichidem.cli_progress import progress
-from taichidem.cli_simulate import parse_seeds
-from taichidem.cli_simulate_study import print_counts, print_failures, told_when_stopped
-from taichidem.cli_workers import Cluster, Workers, executor_of
+from taichidem.cli.progress import progress
+from taichidem.cli.simulate import parse_seeds
+from taichidem.cli.simulate_study import print_counts, print_failures, told_when_stopped
+from taichidem.cli.workers import Cluster, Workers, executor_of
 
 if TYPE_CHECKING:
     from taichidem.study import Addition, Diagnosis, RunStore, Study

@@ -10,10 +10,10 @@ from time import monotonic
 from types import FrameType
 from typing import Any
 
-from taichidem.checkpoint_file import check_writable, read_checkpoint, write_checkpoint
-from taichidem.course import Course
+from taichidem.checkpoints.course import Course
+from taichidem.checkpoints.file import check_writable, read_checkpoint, write_checkpoint
+from taichidem.checkpoints.journal import Journal
 from taichidem.errors import InputError
-from taichidem.journal import Journal
 
 EVERY = 300.0  # [s] of wall time between two checkpoints
 

@@ -15,18 +15,8 @@ from rich.table import Table
 
 from analysis.errors import AnalysisError
 from designs.errors import DesignError
-from taichidem import (
-    __version__,
-    cli_coarse_grain,
-    cli_compare,
-    cli_demo,
-    cli_designs,
-    cli_diagnose,
-    cli_init,
-    cli_report,
-    cli_reproduce,
-    cli_simulate,
-)
+from taichidem import __version__
+from taichidem.cli import coarse_grain, compare, demo, designs, diagnose, init, report, reproduce, simulate
 from taichidem.errors import TaichidemError
 
 app = typer.Typer(
@@ -36,15 +26,15 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-cli_demo.register(app)
-cli_init.register(app)
-cli_simulate.register(app)
-cli_compare.register(app)
-cli_coarse_grain.register(app)
-cli_designs.register(app)
-cli_diagnose.register(app)
-cli_report.register(app)
-cli_reproduce.register(app)
+demo.register(app)
+init.register(app)
+simulate.register(app)
+compare.register(app)
+coarse_grain.register(app)
+designs.register(app)
+diagnose.register(app)
+report.register(app)
+reproduce.register(app)
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")]
 
@@ -92,7 +82,7 @@ def repose(
     from taichidem.units import to_si
 
     settings = ImageSettings(
-        region=cli_simulate.parse_region(region),
+        region=simulate.parse_region(region),
         fit_from=fit_from,
         fit_to=fit_to,
         base_width_m=None if base_width is None else to_si(base_width, "m", "base_width"),

@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from taichidem.cli_progress import progress
+from taichidem.cli.progress import progress
 from taichidem.errors import InputError, unknown_name
 
 if TYPE_CHECKING:

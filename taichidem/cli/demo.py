@@ -11,8 +11,8 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from taichidem.cli_diagnose import print_addition
-from taichidem.cli_progress import progress
+from taichidem.cli.diagnose import print_addition
+from taichidem.cli.progress import progress
 
 if TYPE_CHECKING:
     from taichidem.heap_comparison import HeapComparison

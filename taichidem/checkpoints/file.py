@@ -13,8 +13,8 @@ import numpy as np
 
 from taichidem import __version__
 from taichidem.bodies import Bodies
+from taichidem.checkpoints.packing import Packer
 from taichidem.errors import InputError
-from taichidem.packing import Packer
 from taichidem.physics_version import PHYSICS_VERSION
 from taichidem.shapes.forms import Forms
 from taichidem.snapshot import Frame, Snapshot, WallState

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from taichidem.archive import Archive
 from taichidem.bodies import Bodies
-from taichidem.checkpoint_file import HASH, TYPES
+from taichidem.checkpoints.archive import Archive
+from taichidem.checkpoints.file import HASH, TYPES
+from taichidem.checkpoints.packing import Packer
 from taichidem.effects.base import BodyEffect, ContactEffect
 from taichidem.errors import InputError
 from taichidem.loading import composition, wall_row
-from taichidem.packing import Packer
 from taichidem.scene import Scene
 from taichidem.world_layout import lay_out
 

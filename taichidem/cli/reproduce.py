@@ -10,8 +10,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from taichidem.cli_progress import progress
-from taichidem.cli_workers import Cluster, Workers, executor_of
+from taichidem.cli.progress import progress
+from taichidem.cli.workers import Cluster, Workers, executor_of
 
 if TYPE_CHECKING:
     from taichidem.paper.reproduction import Reproduction
