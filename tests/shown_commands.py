@@ -6,7 +6,7 @@ import shlex
 
 from typer.testing import CliRunner
 
-from taichidem.cli.main import app
+from taichidem.cli.application import app
 
 
 def check_command(line: str) -> None:

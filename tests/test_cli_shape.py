@@ -3,7 +3,7 @@
 import pytest
 from typer.testing import CliRunner
 
-from taichidem.cli.main import app
+from taichidem.cli.application import app
 from taichidem.cli.shape import parse_shape
 from taichidem.errors import InputError
 from taichidem.experiments import FixedFunnel

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from taichidem.cli.main import app
+from taichidem.cli.application import app
 from taichidem.cli.shape import parse_shape
 from taichidem.effects import Elongation
 from taichidem.shapes import Superquadric

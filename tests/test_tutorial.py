@@ -11,7 +11,7 @@ import pytest
 import tomlkit
 from typer.testing import CliRunner
 
-from taichidem.cli.main import app
+from taichidem.cli.application import app
 from taichidem.missing_effect_demo import EXAMPLE
 from tests.shown_commands import check_command
 

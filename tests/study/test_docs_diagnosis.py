@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from taichidem.cli.main import app
+from taichidem.cli.application import app
 from taichidem.effects import CohesionArea
 from taichidem.study import read_study
 from taichidem.study.diagnosis_plan import plan

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from taichidem import plugins
-from taichidem.cli.main import app, main
+from taichidem.cli.application import app, main
 from taichidem.errors import InputError
 from taichidem.starting_materials import STARTING_MATERIALS, Sourced, starting_material
 from taichidem.study import FileError, init_study, read_measurements, read_study
