@@ -5,21 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from taichidem.heap_comparison import LABORATORY
+from taichidem.paper.heaps import similar_heap
 from taichidem.paper.optimum import Optimum, pour_at
 from taichidem.paper.published import FACTORS, SURFACE, PaperFactor
 from taichidem.paper.screening import Screening
 from taichidem.paper.session import Session
 
-ROUNDS = 4
+ROUNDS = 5
+FIRST_POUR = 10  # their seeds come after those of the surface's rounds
 TARGET = LABORATORY[0]
 
 
 def search_further(session: Session, screening: Screening, last: Optimum) -> Iterator[Optimum]:
     """Yield rounds of pouring along the next factor, from the surface's best setting until the heaps hit.
 
-    A step follows the screening's effect until heaps lie on both sides of the laboratory's angle, and then the straight line
-    between the nearest on either side. Each round pours with seeds of its own. Nothing is poured where the heaps hit
-    already, or where no factor can move the angle the right way.
+    The coarse grains fall from twice as high here, so that they strike the heap as the real ones do, which the setting is
+    meant for. A step follows the screening's effect until heaps lie on both sides of the laboratory's angle, and then the
+    straight line between the nearest on either side. Each round pours with seeds of its own. Nothing is poured where the
+    heaps hit already, or where no factor can move the angle the right way.
 
     Args:
         session: where heaps are poured and kept.
@@ -38,12 +41,12 @@ def search_further(session: Session, screening: Screening, last: Optimum) -> Ite
             return
         how = (
             f"{letter} ({freed.meaning}), the screening's next factor with {effect:+.2f}°, is freed as well: "
-            f"{predicted:.2f}° expected at {letter} = {value:.3g}."
+            f"{predicted:.2f}° expected at {letter} = {value:.3g}. The grains fall twice as deep now, which gives grains of 6 mm "
+            "the v²/(g d) of the real ones."
         )
         levels = {**last.levels, letter: value}
-        found = Optimum(
-            levels, predicted, how, pour_at(session, levels, f"further_heaps_{number + 1}", ROUNDS + number)
-        )
+        heaps = pour_at(session, levels, f"further_heaps_{number + 1}", FIRST_POUR + number, similar_heap())
+        found = Optimum(levels, predicted, how, heaps)
         yield found
         if found.hits:
             return

@@ -10,6 +10,7 @@ import pandas as pd
 
 from analysis.report import Report
 from taichidem import plugins
+from taichidem.experiments import FixedFunnel
 from taichidem.heap_comparison import LABORATORY
 from taichidem.paper.heaps import coarse_heap
 from taichidem.paper.kept_heaps import KeptHeaps, pour_and_keep
@@ -85,7 +86,7 @@ def search(session: Session, surface: Surface) -> list[Optimum]:
             break
         report.save(session.folder / STAGE, plugins.get("analyser", "optimise")().figures(report))
         name = f"{STAGE}_heaps" + (f"_{number + 1}" if number else "")
-        heaps = pour_at(session, levels, name, number)
+        heaps = pour_at(session, levels, name, number, coarse_heap())
         rounds.append(Optimum(levels, predicted, " ".join(report.sentences), heaps))
         if rounds[-1].hits or rounds[-1].out_of_reach:
             break
@@ -95,7 +96,7 @@ def search(session: Session, surface: Surface) -> list[Optimum]:
     return rounds
 
 
-def pour_at(session: Session, levels: Mapping[str, float], name: str, number: int) -> KeptHeaps:
+def pour_at(session: Session, levels: Mapping[str, float], name: str, number: int, heap: FixedFunnel) -> KeptHeaps:
     """Return heaps of 6 mm at a setting.
 
     Args:
@@ -103,10 +104,11 @@ def pour_at(session: Session, levels: Mapping[str, float], name: str, number: in
         levels: letter → value in the paper's units.
         name: of their folder.
         number: of the pour, from 0; each has seeds of its own.
+        heap: how they are poured.
     """
     first = FIRST_SEED + SEEDS_APART * number
     seeds = range(first + 1, first + 1 + session.effort.coarse)
-    return pour_and_keep(session, name, coarse_heap(), session.model(levels), seeds)
+    return pour_and_keep(session, name, heap, session.model(levels), seeds)
 
 
 def _setting(table: pd.DataFrame) -> tuple[Report, dict[str, float], float]:

@@ -27,7 +27,7 @@ from taichidem.study.campaign import STORE
 from taichidem.study.result_file import ResultFile, plain
 from taichidem.whole_file import write_whole
 
-FINE_FIRST_SEED = 4000
+FINE_FIRST_SEED = 6000
 NOTHING: Tell = lambda stage, share: None  # noqa: E731
 
 

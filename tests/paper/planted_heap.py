@@ -12,7 +12,7 @@ from taichidem import plugins
 from taichidem.experiments import BulkDensity, FixedFunnel
 from taichidem.experiments.base import Outcome
 from taichidem.library import PAPER_HEAP
-from taichidem.paper import held_out, kept_heaps, optimum, reproduction, session
+from taichidem.paper import held_out, kept_heaps, next_factor, optimum, reproduction, session
 from taichidem.snapshot import Snapshot
 from tests.analysis.conftest import cone_heap
 from tests.experiments.planted import snapshot
@@ -83,6 +83,7 @@ def plant(patch) -> None:
     """Put planted heaps and the planted cup in the place of the simulated ones; `patch` is pytest's monkeypatch."""
     patch.setattr(session, "coarse_heap", coarse_heap)
     patch.setattr(optimum, "coarse_heap", coarse_heap)
+    patch.setattr(next_factor, "similar_heap", coarse_heap)
     patch.setattr(reproduction, "fine_heap", fine_heap)
     patch.setattr(kept_heaps, "Simulation", lambda scenes: SimpleNamespace(run_steps=lambda steps: None))
     patch.setitem(taichidem.experiments.BUILT_IN, "planted_cup", PlantedCup)
