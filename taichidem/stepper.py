@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 
 import numpy as np
 
 from taichidem.engine import Engine
 from taichidem.errors import SimulationError
+from taichidem.runtime import compiling_by_llvm_alone
 
 PARTICLE_STEPS = 4_000_000  # of one launch, some tenths of a second, so that an interrupt comes through soon
 
@@ -33,12 +35,8 @@ class Stepper:
         while waiting.max() > 0:
             before = waiting.sum()
             limit = max(50, int(PARTICLE_STEPS / max(1.0, rows["bodies"].max())))
-            if self.engine.particles is None:
-                self.engine.advance_worlds(worlds, limit)
-            else:
-                for world, steps in enumerate(waiting):
-                    if steps > 0:
-                        self.engine.particles.advance(world, int(min(steps, limit)))
+            with compiling_by_llvm_alone() if self.engine.kind == "superquadric" else nullcontext():
+                self._advance(waiting, limit)
             rows = self.engine.access["worlds"].read_all(worlds)
             waiting = steps_left(rows)
             if waiting.sum() >= before:
@@ -47,6 +45,15 @@ class Stepper:
                 )
             if between:
                 between()
+
+    def _advance(self, waiting: np.ndarray, limit: int) -> None:
+        """Launch: at most `limit` steps of each world, of which `waiting` are left."""
+        if self.engine.particles is None:
+            self.engine.advance_worlds(len(waiting), limit)
+            return
+        for world, steps in enumerate(waiting):
+            if steps > 0:
+                self.engine.particles.advance(world, int(min(steps, limit)))
 
 
 def steps_left(rows: Mapping[str, np.ndarray]) -> np.ndarray:
