@@ -100,8 +100,18 @@ def _background(picture: NDArray[np.float32]) -> NDArray[np.float32]:
         if np.count_nonzero(ground) < 0.02 * ground.size:
             break
         coefficients = _fit_surface(basis, sample, ground)
-    surface = _basis(*np.meshgrid(across, down)) @ coefficients
-    return surface.reshape(rows, columns, 3).astype(np.float32)
+    return _surface(coefficients, across, down)
+
+
+def _surface(
+    coefficients: NDArray[np.float64], across: NDArray[np.float64], down: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Return the surface at every pixel, shape (rows, columns, 3), colour by colour so that little is held at once."""
+    x, y = across[None, :], down[:, None]
+    surface = np.empty((down.size, across.size, 3), np.float32)
+    for colour, (one, along_x, along_y, x2, xy, y2) in enumerate(coefficients.T):
+        surface[:, :, colour] = (one + along_x * x + x2 * x * x) + (along_y + y2 * y + xy * x) * y
+    return surface
 
 
 def _border(down: NDArray[np.float64], across: NDArray[np.float64]) -> NDArray[np.bool_]:
