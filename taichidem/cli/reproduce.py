@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from taichidem.paper.reproduction import Reproduction
 
 
+MET = {True: "yes", False: "no", None: "–"}
+
+
 class Published(str, Enum):
     """What can be reproduced."""
 
@@ -56,7 +59,7 @@ def reproduce(
 def _print(result: Reproduction) -> None:
     table = Table("", "paper", "ours", "wanted", "met", title="Sudsawat et al. (2023), reproduced")
     for check in result.checks:
-        table.add_row(check.name, check.paper, check.ours, check.wanted, "yes" if check.met else "no")
+        table.add_row(check.name, check.paper, check.ours, check.wanted, MET[check.met])
     Console().print(table)
     for check in result.checks:
         if check.note:

@@ -63,7 +63,8 @@ def search_chart(rounds: Sequence[Optimum], laboratory: tuple[float, float]) -> 
     figure, axes = new_figure(height=3.4, width=5.4)
     _laboratory_band(axes, laboratory)
     places = range(1, len(rounds) + 1)
-    axes.plot(places, [found.predicted for found in rounds], "_", color=ORANGE, markersize=18, label="expected")
+    expected = [np.nan if found.predicted is None else found.predicted for found in rounds]
+    axes.plot(places, expected, "_", color=ORANGE, markersize=18, label="expected")
     means, uncertainties = [found.heaps.mean for found in rounds], [found.heaps.u for found in rounds]
     axes.errorbar(places, means, uncertainties, fmt="D", color=BLUE, capsize=3, label="heaps, mean ± u")
     axes.set_xticks(places, [_setting_text(found) for found in rounds])
@@ -74,7 +75,8 @@ def search_chart(rounds: Sequence[Optimum], laboratory: tuple[float, float]) -> 
 
 
 def _setting_text(found: Optimum) -> str:
-    return "\n".join(f"{letter} = {value:.3g}" for letter, value in found.levels.items())
+    lines = [f"{letter} = {value:.3g}" for letter, value in found.levels.items()]
+    return "\n".join([*lines, "twice the fall"] if found.raised else lines)
 
 
 def _laboratory_band(axes: Axes, laboratory: tuple[float, float]) -> None:

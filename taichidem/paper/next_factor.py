@@ -2,74 +2,101 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.polynomial import Polynomial
 
 from taichidem.heap_comparison import LABORATORY
 from taichidem.paper.heaps import similar_heap
-from taichidem.paper.optimum import Optimum, pour_at
+from taichidem.paper.optimum import SEEDS_APART, Optimum, confirm, pour_at
 from taichidem.paper.published import FACTORS, SURFACE, PaperFactor
 from taichidem.paper.screening import Screening
 from taichidem.paper.session import Session
 
-ROUNDS = 5
-FIRST_POUR = 10  # their seeds come after those of the surface's rounds
+FIRST_SEED = 4000
+STEPS = 2  # along the factor, after the heaps at its fixed value; a quadratic through the three sets leads to the confirmation
 TARGET = LABORATORY[0]
+PLACES = 2001  # tried along its range
 
 
-def search_further(session: Session, screening: Screening, last: Optimum) -> Iterator[Optimum]:
-    """Yield rounds of pouring along the next factor, from the surface's best setting until the heaps hit.
+def search_further(session: Session, screening: Screening, last: Optimum) -> list[Optimum]:
+    """Return rounds of pouring along the next factor, the confirmation at its end; none where the surface was enough.
 
-    The coarse grains fall from twice as high here, so that they strike the heap as the real ones do, which the setting is
-    meant for. A step follows the screening's effect until heaps lie on both sides of the laboratory's angle, and then the
-    straight line between the nearest on either side. Each round pours with seeds of its own. Nothing is poured where the
-    heaps hit already, or where no factor can move the angle the right way.
+    The setting is meant for the real grains. So the coarse ones fall twice as deep here, which gives them the real ones'
+    energy over weight times diameter; the first round shows what that alone does. A step goes where the screening's effect,
+    then the line and the quadratic through all heaps along the factor cross the laboratory's angle. Each round has seeds of its
+    own, and the confirmation's heaps have had no part in the search.
 
     Args:
         session: where heaps are poured and kept.
         screening: tells the factor.
         last: the surface's last round.
     """
+    if last.hits and not last.out_of_reach:
+        return []
+    how = "The same setting, with grains that fall twice as deep, which gives those of 6 mm the v²/(g d) of the real ones."
+    rounds = [_poured(session, dict(last.levels), None, how, 0)]
     effects = dict(zip(screening.effects["factor"], screening.effects["effect"], strict=True))
-    freed = next_factor(effects, -last.error)
-    if last.hits or freed is None:
-        return
+    freed = next_factor(effects, -rounds[0].error)
+    if freed is None:
+        return [*rounds, confirm(session, rounds[0], similar_heap())]
     letter, effect = freed.letter, effects[freed.letter]
-    poured = {freed.fixed: last.heaps.mean}
-    for number in range(ROUNDS):
-        value, predicted = _step(poured, freed, effect)
+    poured: dict[float, Sequence[float]] = {freed.fixed: rounds[0].heaps.angles}
+    for step in range(1, STEPS + 1):
+        value, predicted = where_to_pour(poured, freed, effect)
         if value in poured:  # the end of its range
-            return
+            break
         how = (
-            f"{letter} ({freed.meaning}), the screening's next factor with {effect:+.2f}°, is freed as well: "
-            f"{predicted:.2f}° expected at {letter} = {value:.3g}. The grains fall twice as deep now, which gives grains of 6 mm "
-            "the v²/(g d) of the real ones."
+            f"{letter} ({freed.meaning}), the screening's next factor with {effect:+.2f}°, is freed as well: {predicted:.2f}° "
+            f"expected at {letter} = {value:.3g}."
         )
-        levels = {**last.levels, letter: value}
-        heaps = pour_at(session, levels, f"further_heaps_{number + 1}", FIRST_POUR + number, similar_heap())
-        found = Optimum(levels, predicted, how, heaps)
-        yield found
-        if found.hits:
-            return
-        poured[value] = found.heaps.mean
+        rounds.append(_poured(session, {**last.levels, letter: value}, predicted, how, step))
+        poured[value] = rounds[-1].heaps.angles
+    value, predicted = where_to_pour(poured, freed, effect)
+    return [*rounds, _confirmed(session, {**last.levels, letter: value}, predicted, rounds[-1])]
 
 
-def _step(poured: Mapping[float, float], factor: PaperFactor, effect: float) -> tuple[float, float]:
-    """Return the value to pour at next, and the angle expected there [deg].
+def _poured(session: Session, levels: dict[str, float], predicted: float | None, how: str, step: int) -> Optimum:
+    name, first = f"further_heaps_{step + 1}", FIRST_SEED + SEEDS_APART * step
+    heaps = pour_at(session, levels, name, first, session.effort.search, similar_heap())
+    return Optimum(levels, predicted, how, heaps, raised=True)
+
+
+def _confirmed(session: Session, levels: dict[str, float], predicted: float, last: Optimum) -> Optimum:
+    found = Optimum(levels, predicted, "", last.heaps, raised=True)
+    return confirm(session, found, similar_heap())
+
+
+def where_to_pour(poured: Mapping[float, Sequence[float]], factor: PaperFactor, effect: float) -> tuple[float, float]:
+    """Return the factor's value whose expected angle is nearest to the laboratory's, and that angle [deg].
 
     Args:
-        poured: value → mean angle [deg].
+        poured: value → angles of the heaps poured there [deg].
         factor: whose values these are.
-        effect: from its low to its high value, by the screening [deg].
+        effect: from its low to its high value, by the screening [deg]; used while heaps were poured at one value only.
     """
-    below = [value for value, angle in poured.items() if angle < TARGET]
-    above = [value for value, angle in poured.items() if angle > TARGET]
-    near = min(poured, key=lambda value: abs(poured[value] - TARGET))
-    slope = effect / (factor.high - factor.low)
+    values = np.repeat(list(poured), [len(angles) for angles in poured.values()])
+    angles = np.concatenate([list(given) for given in poured.values()])
+    if len(poured) == 1:
+        slope = effect / (factor.high - factor.low)
+        curve = Polynomial([angles.mean() - slope * values[0], slope])
+    else:
+        curve = Polynomial.fit(values, angles, min(len(poured) - 1, 2))
+    places = np.linspace(*_span(poured, factor), PLACES)
+    expected = curve(places)
+    best = int(np.abs(expected - TARGET).argmin())
+    return float(places[best]), float(expected[best])
+
+
+def _span(poured: Mapping[float, Sequence[float]], factor: PaperFactor) -> tuple[float, float]:
+    """Return where to look: between the nearest values on both sides of the target where there are such, else everywhere."""
+    means = {value: float(np.mean(angles)) for value, angles in poured.items()}
+    below = [value for value, mean in means.items() if mean < TARGET]
+    above = [value for value, mean in means.items() if mean >= TARGET]
     if below and above:
-        one, other = max(below, key=poured.__getitem__), min(above, key=poured.__getitem__)
-        slope = (poured[one] - poured[other]) / (one - other)
-    value = min(max(near + (TARGET - poured[near]) / slope, factor.low), factor.high)
-    return value, poured[near] + slope * (value - near)
+        return max(below, key=means.__getitem__), min(above, key=means.__getitem__)
+    return factor.low, factor.high
 
 
 def next_factor(effects: Mapping[str, float], wanted: float) -> PaperFactor | None:

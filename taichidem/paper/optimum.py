@@ -1,9 +1,9 @@
-"""The optimum of the surface, and heaps poured there until they hit the laboratory's angle or the box is at its end."""
+"""The optimum of the surface: heaps poured where it sends them to the laboratory's angle, and a confirmation with other seeds."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -19,26 +19,30 @@ from taichidem.paper.session import Session
 from taichidem.paper.surface import SETTINGS, Surface
 
 FIRST_SEED, SEEDS_APART = 3000, 100
+CONFIRMATION_SEED = 7000
 ROUNDS = 3  # of searching and pouring; each pours with seeds of its own
 SAME = 0.02  # in coded units: a setting that moves less than this is the old one
+REACHED = 0.01  # [deg], of the expected angle: further away, no setting in the ranges is expected to hit
 STAGE = "optimum"
 
 
 @dataclass(frozen=True)
 class Optimum:
-    """The setting of one round of the search, and what was poured there.
+    """A setting, and what was poured there.
 
     Attributes:
         levels: letter → value in the paper's units.
-        predicted: the angle expected there [deg].
+        predicted: the angle expected there [deg]; None where nothing tells it.
         how: sentences that say how the setting was found.
         heaps: of 6 mm at this setting.
+        raised: whether the grains fell twice as deep as in the designs, so that they strike as the real ones do.
     """
 
     levels: Mapping[str, float]
-    predicted: float
+    predicted: float | None
     how: str
     heaps: KeptHeaps
+    raised: bool = False
 
     @property
     def error(self) -> float:
@@ -47,32 +51,31 @@ class Optimum:
 
     @property
     def hits(self) -> bool:
-        """Whether the heaps lie within the laboratory's uncertainty."""
+        """Whether the heaps' mean lies within the laboratory's uncertainty."""
         return abs(self.error) <= LABORATORY[1]
-
-    def why_not(self) -> str:
-        """Return what keeps the heap from the laboratory's angle, or nothing where it hits."""
-        if self.hits:
-            return ""
-        target, u = LABORATORY[0], self.heaps.u
-        if self.out_of_reach:
-            return (
-                f"Inside the ranges of {', '.join(self.levels)} {self.predicted:.2f}° is the nearest to {target:g}°: with the "
-                "other factors at their fixed values these can't bring the heap to the laboratory's angle."
-            )
-        return (
-            f"{self.predicted:.2f}° is expected at this setting and the heaps give {self.heaps.mean:.2f}° ± {u:.2f}°: what is "
-            "left is the scatter from heap to heap and what a smooth surface misses."
-        )
 
     @property
     def out_of_reach(self) -> bool:
-        """Whether even the expected angle differs from the laboratory's, so that no setting in the ranges is expected to hit."""
-        return abs(self.predicted - LABORATORY[0]) > 0.01
+        """Whether even the expected angle differs from the laboratory's."""
+        return self.predicted is not None and abs(self.predicted - LABORATORY[0]) > REACHED
+
+    def why_not(self) -> str:
+        """Return what keeps the heaps from the laboratory's angle, or nothing where they hit."""
+        if self.hits:
+            return ""
+        if self.out_of_reach:
+            return (
+                f"{self.predicted:.2f}° is the nearest to {LABORATORY[0]:g}° that is expected in the ranges searched: with the "
+                "other factors at their fixed values the heap can't be brought to the laboratory's angle."
+            )
+        return (
+            f"{self.heaps.mean:.2f}° ± {self.heaps.u:.2f}° from {len(self.heaps.angles)} heaps: what is left is the scatter "
+            "from heap to heap and what a smooth curve misses."
+        )
 
 
 def search(session: Session, surface: Surface) -> list[Optimum]:
-    """Return the rounds of the search, the last one being the result.
+    """Return the rounds of the search.
 
     A round fits the surface to all heaps poured so far, takes the setting that it sends to the laboratory's angle, and pours
     there with seeds of its own. The search ends when these heaps hit, when the setting stays where it was, or when the
@@ -85,8 +88,8 @@ def search(session: Session, surface: Surface) -> list[Optimum]:
         if rounds and _distance(levels, rounds[-1].levels) < SAME:
             break
         report.save(session.folder / STAGE, plugins.get("analyser", "optimise")().figures(report))
-        name = f"{STAGE}_heaps" + (f"_{number + 1}" if number else "")
-        heaps = pour_at(session, levels, name, number, coarse_heap())
+        name, first = f"{STAGE}_heaps_{number + 1}", FIRST_SEED + SEEDS_APART * number
+        heaps = pour_at(session, levels, name, first, session.effort.search, coarse_heap())
         rounds.append(Optimum(levels, predicted, " ".join(report.sentences), heaps))
         if rounds[-1].hits or rounds[-1].out_of_reach:
             break
@@ -96,18 +99,26 @@ def search(session: Session, surface: Surface) -> list[Optimum]:
     return rounds
 
 
-def pour_at(session: Session, levels: Mapping[str, float], name: str, number: int, heap: FixedFunnel) -> KeptHeaps:
-    """Return heaps of 6 mm at a setting.
+def confirm(session: Session, found: Optimum, heap: FixedFunnel) -> Optimum:
+    """Return the same setting with heaps that no search has seen: those that ended it were chosen because they hit."""
+    heaps = pour_at(session, found.levels, "confirmation_heaps", CONFIRMATION_SEED, session.effort.confirmation, heap)
+    return replace(found, how="The setting that was found, poured again with other seeds.", heaps=heaps)
+
+
+def pour_at(
+    session: Session, levels: Mapping[str, float], name: str, first_seed: int, count: int, heap: FixedFunnel
+) -> KeptHeaps:
+    """Return heaps at a setting.
 
     Args:
         session: where they are poured and kept.
         levels: letter → value in the paper's units.
         name: of their folder.
-        number: of the pour, from 0; each has seeds of its own.
+        first_seed: the seeds are those that follow.
+        count: how many heaps.
         heap: how they are poured.
     """
-    first = FIRST_SEED + SEEDS_APART * number
-    seeds = range(first + 1, first + 1 + session.effort.coarse)
+    seeds = range(first_seed + 1, first_seed + 1 + count)
     return pour_and_keep(session, name, heap, session.model(levels), seeds)
 
 

@@ -15,10 +15,10 @@ from taichidem.heap_comparison import LABORATORY, writable_folder
 from taichidem.paper import held_out
 from taichidem.paper.checks import Check, checks_of
 from taichidem.paper.effort import EFFORTS
-from taichidem.paper.heaps import fine_heap
+from taichidem.paper.heaps import coarse_heap, fine_heap
 from taichidem.paper.kept_heaps import KeptHeaps, pour_and_keep
 from taichidem.paper.next_factor import search_further
-from taichidem.paper.optimum import Optimum, search
+from taichidem.paper.optimum import Optimum, confirm, search
 from taichidem.paper.screening import Screening, screen
 from taichidem.paper.session import Session, Tell
 from taichidem.paper.surface import Surface, fit_surface
@@ -38,7 +38,7 @@ class Reproduction(ResultFile):
     Attributes:
         effort: quick or full.
         screening, surface: the two designs.
-        rounds: of the search for the optimum; the last is the result.
+        rounds: of the search for the optimum; the last is the confirmation, with heaps that had no part in the search.
         fine: heaps of 3 mm at the optimum.
         held_out: the coarse model beside fine grains in tests it was not fitted to.
         checks: the paper's numbers beside ours.
@@ -85,6 +85,7 @@ class Reproduction(ResultFile):
                         "levels": dict(r.levels),
                         "predicted_deg": r.predicted,
                         "how": r.how,
+                        "raised": r.raised,
                         "hits": r.hits,
                         "heaps": r.heaps.as_dict(),
                     }
@@ -132,7 +133,7 @@ def reproduce(
         session = Session(folder, store, EFFORTS[effort], tell or NOTHING, executor)
         screening, surface = screen(session), fit_surface(session)
         rounds = search(session, surface)
-        rounds += search_further(session, screening, rounds[-1])
+        rounds += search_further(session, screening, rounds[-1]) or [confirm(session, rounds[-1], coarse_heap())]
         levels = rounds[-1].levels
         seeds = range(FINE_FIRST_SEED + 1, FINE_FIRST_SEED + 1 + session.effort.fine)
         fine = pour_and_keep(session, "fine_heaps", fine_heap(), session.model(levels), seeds)

@@ -35,6 +35,7 @@ class PlantedHeap(FixedFunnel):
     poured: ClassVar[list[int]] = []
     failing: ClassVar[set[int]] = set()
     offset: ClassVar[float] = 0.0  # [deg], of every heap
+    raised: ClassVar[float] = -1.6  # [deg], of heaps whose grains fall twice as deep
     rolling: ClassVar[float] = 0.0  # [deg], per unit of rolling friction
     late_offset: ClassVar[float] = 0.0  # [deg], of heaps at an optimum: what a surface can't know
 
@@ -51,6 +52,7 @@ class PlantedHeap(FixedFunnel):
         angle = true_angle(model) + self.offset + (self.late_offset if seed > 3000 else 0.0)
         rolling = {effect.name: effect.values for effect in model.effects}["rolling_constant_torque"]
         angle += self.rolling * rolling["rolling_friction"][SAME]
+        angle += self.raised if self.settings.stream_bottom == 0.1 else 0.0
         angle += SCATTER * np.random.default_rng(seed).standard_normal()
         details = {"profile": {"angle_deg": angle}}
         return Outcome({"angle_of_repose": angle}, seed, None, cone_of(angle, seed), details)
@@ -83,7 +85,8 @@ def plant(patch) -> None:
     """Put planted heaps and the planted cup in the place of the simulated ones; `patch` is pytest's monkeypatch."""
     patch.setattr(session, "coarse_heap", coarse_heap)
     patch.setattr(optimum, "coarse_heap", coarse_heap)
-    patch.setattr(next_factor, "similar_heap", coarse_heap)
+    patch.setattr(reproduction, "coarse_heap", coarse_heap)
+    patch.setattr(next_factor, "similar_heap", similar_heap)
     patch.setattr(reproduction, "fine_heap", fine_heap)
     patch.setattr(kept_heaps, "Simulation", lambda scenes: SimpleNamespace(run_steps=lambda steps: None))
     patch.setitem(taichidem.experiments.BUILT_IN, "planted_cup", PlantedCup)
@@ -93,6 +96,10 @@ def plant(patch) -> None:
 
 def coarse_heap() -> PlantedHeap:
     return PlantedHeap(**PAPER_HEAP)
+
+
+def similar_heap() -> PlantedHeap:
+    return PlantedHeap(**PAPER_HEAP | {"stream_bottom": "100 mm", "stream_top": "140 mm"})
 
 
 def fine_heap() -> PlantedHeap:
