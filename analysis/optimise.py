@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -14,6 +14,7 @@ from scipy.stats import qmc
 from analysis.canonical import setting_text
 from analysis.desirability import Goal, overall, parse_goals
 from analysis.errors import AnalysisError
+from analysis.hold_values import coded_hold_values
 from analysis.model_choice import ModelAnalyser
 from analysis.regression import FittedModel
 from analysis.report import Report
@@ -35,16 +36,19 @@ class Optimise(ModelAnalyser):
     One response: the extreme of ŷ, or the point with ŷ = target that is nearest to the centre. Several: the largest
     overall desirability D = (Π dᵢ^rᵢ)^(1/Σ rᵢ) (Derringer & Suich). At the optimum each response gets a confidence
     interval of its mean, ŷ ± t s_ŷ, and a prediction interval of one new run, ŷ ± t √(s² + s_ŷ²). Factors that are in
-    no model stay at the centre.
+    no model stay at the centre, unless they are held elsewhere.
 
     Args:
         goals: such as ``aor_deg:target=30.18:low=29:high=31, density:maximise``; default: maximise the response.
+        hold: factors that the search leaves where they are told to stay, in natural units and inside low … high, such as
+            ``B=910, D=0.55``; the others are searched.
 
     Source: Derringer & Suich, J. Quality Technol. 12 (1980) 214, doi 10.1080/00224065.1980.11980968.
     """
 
     selection: str = "backward"
     goals: str | Sequence[Goal] | None = None
+    hold: str | Mapping[str, float] | None = None
 
     name: ClassVar[str] = "optimise"
     n_responses: ClassVar[tuple[int, int | None]] = (1, None)
@@ -64,14 +68,11 @@ class Optimise(ModelAnalyser):
             self.select(table, name, factors, space, others=[other for other in names if other != name]).fit
             for name in names
         ]
+        held = coded_hold_values(self.hold, fits[0].runs.space)
         active = _active(fits)
-        if not active:
-            raise AnalysisError(
-                "No factor is in any of the models, so nothing can be optimised. Look at main_effects first."
-            )
         goals = [goal.bounded(fit.y) if len(fits) > 1 else goal for goal, fit in zip(goals, fits, strict=True)]
-        point, desirability = _best(fits, goals, active)
-        setting, expected = _setting_table(fits[0], point, active), self._expected(fits, goals, point)
+        point, desirability = _best(fits, goals, _free(active, held, fits[0]), held)
+        setting, expected = _setting_table(fits[0], point, active, held), self._expected(fits, goals, point)
         sentences = (*_sentences(setting, expected, goals, desirability), *_extrapolation(fits, point))
         numbers = dict(zip(setting["Factor"], setting["Natural"], strict=True))
         numbers |= dict(zip(expected["Response"], expected["Predicted"], strict=True))
@@ -128,13 +129,29 @@ def _active(fits: Sequence[FittedModel]) -> list[int]:
     return [i for i in range(k) if any(term.powers[i] for fit in fits for term in fit.terms)]
 
 
-def _best(fits: Sequence[FittedModel], goals: Sequence[Goal], active: Sequence[int]) -> tuple[Array, float | None]:
+def _free(active: Sequence[int], held: Mapping[int, float], fit: FittedModel) -> list[int]:
+    """Return the factors to search."""
+    if not active:
+        raise AnalysisError(
+            "No factor is in any of the models, so nothing can be optimised. Look at main_effects first."
+        )
+    free = [i for i in active if i not in held]
+    if not free:
+        names = ", ".join(fit.runs.names[i] for i in active)
+        raise AnalysisError(f"Every factor of the models is held ({names}), so nothing can be searched. Free one.")
+    return free
+
+
+def _best(
+    fits: Sequence[FittedModel], goals: Sequence[Goal], free: Sequence[int], held: Mapping[int, float]
+) -> tuple[Array, float | None]:
     """Return the best coded point, shape (k,), and the overall desirability (None for one response)."""
-    k = len(fits[0].runs.space)
+    base = np.zeros(len(fits[0].runs.space))
+    base[list(held)] = list(held.values())
 
     def spread(points: Array) -> Array:
-        full = np.zeros((len(points), k))
-        full[:, list(active)] = points
+        full = np.tile(base, (len(points), 1))
+        full[:, list(free)] = points
         return full
 
     def cost(points: Array) -> Array:
@@ -143,7 +160,7 @@ def _best(fits: Sequence[FittedModel], goals: Sequence[Goal], active: Sequence[i
             return -overall(goals, [goal.desirability(y) for goal, y in zip(goals, predicted, strict=True)])
         return _single_cost(goals[0], predicted[0])
 
-    best = _minimise(cost, len(active))
+    best = _minimise(cost, len(free))
     if len(fits) == 1 and goals[0].kind == "target":
         best = _nearest_on_target(
             lambda p: float(fits[0].predict(spread(p[None, :]))[0]), float(goals[0].target or 0), best
@@ -197,21 +214,34 @@ def _nearest_on_target(predict: Callable[[Array], float], target: float, start: 
     return found.x if good and found.x @ found.x <= start @ start else start
 
 
-def _setting_table(fit: FittedModel, point: Array, active: Sequence[int]) -> pd.DataFrame:
+def _setting_table(
+    fit: FittedModel, point: Array, active: Sequence[int], held: Mapping[int, float]
+) -> pd.DataFrame:
     natural = fit.runs.space.to_natural(point[None, :]).iloc[0]
-    rows = []
-    for i, factor in enumerate(fit.runs.space):
-        bound = "low" if point[i] < -1 + _ON_BOUND else "high" if point[i] > 1 - _ON_BOUND else ""
-        note = f"on the {bound} bound" if bound else ("" if i in active else "in no model, held at the centre")
-        rows.append((factor.name, point[i], float(natural.iloc[i]), factor.unit, note))
+    rows = [
+        (factor.name, point[i], float(natural.iloc[i]), factor.unit, _note(float(point[i]), i in active, i in held))
+        for i, factor in enumerate(fit.runs.space)
+    ]
     return pd.DataFrame(rows, columns=["Factor", "Coded", "Natural", "Unit", "Note"])
+
+
+def _note(coded: float, active: bool, held: bool) -> str:
+    if held:
+        return "held as asked" if active else "in no model, held as asked"
+    if not active:
+        return "in no model, held at the centre"
+    bound = "low" if coded < -1 + _ON_BOUND else "high" if coded > 1 - _ON_BOUND else ""
+    return f"on the {bound} bound" if bound else ""
 
 
 def _sentences(
     setting: pd.DataFrame, expected: pd.DataFrame, goals: Sequence[Goal], desirability: float | None
 ) -> tuple[str, ...]:
-    used = setting[~setting["Note"].str.startswith("in no model")]
+    used = setting[~setting["Note"].str.contains("held")]
     sentences = [f"Best setting: {setting_text(used)}."]
+    asked = setting[setting["Note"].str.endswith("held as asked")]
+    if len(asked):
+        sentences.append(f"Held as asked: {setting_text(asked)}.")
     for row, goal in zip(expected.to_dict(orient="records"), goals, strict=True):
         mean = f"{row['CI low']:.4g} and {row['CI high']:.4g}"
         run = f"{row['PI low']:.4g} and {row['PI high']:.4g}"

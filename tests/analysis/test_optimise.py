@@ -90,6 +90,65 @@ def test_factors_in_no_model_are_held_at_the_centre():
     assert "B =" not in report.sentences[0]
 
 
+@pytest.mark.parametrize("hold", ["b=-3", {"b": -3.0}])
+def test_a_held_factor_of_the_model_stays_and_the_others_make_up_for_it(hold):
+    analyser = Optimise(goals="y1:target=14", hold=hold)
+    report = analyser.analyse(table(slope, noise=1e-9), responses=["y1"], space=SPACE)
+    assert report.numbers["b"] == -3
+    assert report.numbers["a"] == pytest.approx(14 - 10 + 0.5 * 3, abs=1e-5)
+    assert report.tables["setting"].set_index("Factor")["Note"].to_dict() == {"a": "", "b": "held as asked"}
+    assert report.sentences[:2] == ("Best setting: a = 5.5 mm.", "Held as asked: b = -3.")
+    assert "The model hits the target." in report.text()  # with one factor left there is one setting, not a curve of them
+    figure = analyser.figures(report)["y1_contour_a_b"]
+    (star,) = [line for line in figure.axes[0].lines if line.get_marker() == "*"]
+    assert star.get_ydata()[0] == -3
+
+
+def test_a_factor_held_at_its_end_is_not_called_an_optimum_on_a_bound():
+    report = Optimise(hold="b=5").analyse(table(bowl), responses=["y1"], space=SPACE)
+    assert report.numbers["b"] == 5
+    assert report.numbers["a"] == pytest.approx(6, abs=0.1)
+    assert "bound" not in report.text()
+
+
+def test_a_factor_in_no_model_is_written_where_it_is_held():
+    analyser = Optimise(terms="F,D,F*F,D*D", hold="B=910")
+    report = analyser.analyse(central_composite(), responses=["aor_deg"])
+    row = report.tables["setting"].set_index("Factor").loc["B"]
+    assert row["Natural"] == 910
+    assert row["Note"] == "in no model, held as asked"
+    free = Optimise(terms="F,D,F*F,D*D").analyse(central_composite(), responses=["aor_deg"])
+    assert report.numbers == {**free.numbers, "B": 910}
+
+
+def test_hold_values_count_for_several_responses_too():
+    goals = "y1:maximise:low=10:high=20, y2:target=18:low=14:high=20"
+    given = table(bowl, slope)
+    report = Optimise(goals=goals, hold="a=2").analyse(given, responses=["y1", "y2"], space=SPACE)
+    free = Optimise(goals=goals).analyse(given, responses=["y1", "y2"], space=SPACE)
+    assert report.numbers["a"] == 2
+    assert report.numbers["desirability"] < free.numbers["desirability"]
+
+
+@pytest.mark.parametrize(
+    ("hold", "words"),
+    [
+        ("c=1", "'c', which is no factor"),
+        ("a", "'a', which gives no value"),
+        (910, "hold is 910, which names no factor"),
+        ("a=two", "a = 'two', which is no number"),
+        ("a=nan", "a = 'nan', which is no number"),
+        ({"a": True}, "a = True, which is no number"),
+        ("a=11", r"a = 11, outside its range 0 … 10.*Give a value inside"),
+        ("a=1,a=2", "'a' twice, 1 and 2"),
+        ("a=1,b=1", r"Every factor of the models is held \(a, b\).*Free one"),
+    ],
+)
+def test_bad_hold_values_are_refused(hold, words):
+    with pytest.raises(AnalysisError, match=words):
+        Optimise(hold=hold).analyse(table(slope), responses=["y1"], space=SPACE)
+
+
 def test_two_responses_compromise_as_a_fine_grid_does():
     goals = "y1:maximise:low=10:high=20, y2:target=18:low=14:high=20:importance=2"
     report = Optimise(goals=goals, selection="none").analyse(table(bowl, slope), responses=["y1", "y2"], space=SPACE)
