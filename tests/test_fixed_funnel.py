@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
+from analysis.repose_window import FitWindow
 from taichidem.errors import EnvironmentProblem, InputError
 from taichidem.experiments import FixedFunnel, fixed_funnel
 from taichidem.experiments.base import Outcome
@@ -64,7 +65,9 @@ def test_settings_take_numbers_and_texts_with_units():
         ({"cup_radius": "50 kg"}, r"cup_radius is '50 kg'.* kilogram.*converts to m"),
         ({"particles": 0}, r"fixed_funnel\.particles is 0 .*greater than or equal to 1"),
         ({"stream_bottom": 0.01}, r"the stream must lie above the rim: rim_height < stream_bottom < stream_top"),
-        ({"fit_from": 0.9, "fit_to": 0.5}, "fit_to must be above fit_from"),
+        ({"fit_from": 0.9, "fit_to": 0.5}, r"fit_from=0\.9, fit_to=0\.5\. Allowed: .*fit_to − fit_from ≥ 0\.15"),
+        ({"fit_from": 0.5, "fit_to": 0.6}, r"fit_from=0\.5, fit_to=0\.6\. Allowed: .*fit_to − fit_from ≥ 0\.15"),
+        ({"fit_from": 0.5, "fit_to": 1.3}, r"fit_from=0\.5, fit_to=1\.3\. Allowed: .*fit_to ≤ 1\.2"),
         ({"stream_radius": 0.06}, "stream_radius must not exceed cup_radius"),
         ({"method": "squares"}, r"fixed_funnel\.method is 'squares' .*'rings', 'sectors' or 'pictures'"),
     ],
@@ -72,6 +75,13 @@ def test_settings_take_numbers_and_texts_with_units():
 def test_bad_settings_are_refused(settings, sentence):
     with pytest.raises(InputError, match=sentence):
         FixedFunnel(**settings)
+
+
+@pytest.mark.parametrize("window", [(0.0, 0.15), (0.4, 1.2)])
+def test_the_narrowest_and_the_widest_window_are_taken_and_measured(window):
+    fit_from, fit_to = window
+    heap = FixedFunnel(**PAPER_HEAP | {"fit_from": fit_from, "fit_to": fit_to, "method": "rings"})
+    assert heap.measure(cone(30.0), {})[1]["profile"].window == FitWindow(fit_from, fit_to)
 
 
 def test_bad_settings_that_need_the_model_are_refused():

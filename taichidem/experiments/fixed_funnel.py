@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import model_validator
 
 from analysis.repose_profile import ProfileSettings, measure_repose_profile
+from analysis.repose_window import FitWindow
 from taichidem.errors import InputError
 from taichidem.experiments.base import Experiment, GranularSettings, Observable, Settings, gravity_of
 from taichidem.grains import Grains
@@ -49,14 +50,13 @@ class FixedFunnelSettings(GranularSettings):
         "sectors",
     )
     fit_from: Number = quantity("1", "Start of the fitted flank, share of the cup radius.", 0.15, ge=0, lt=1)
-    fit_to: Number = quantity("1", "End of the fitted flank, share of the cup radius.", 0.95, gt=0, le=1.5)
+    fit_to: Number = quantity("1", "End of the fitted flank, share of the cup radius.", 0.95, gt=0)
 
     @model_validator(mode="after")
     def _fits(self) -> FixedFunnelSettings:
         if self.stream_bottom <= self.rim_height or self.stream_top <= self.stream_bottom:
             raise ValueError("the stream must lie above the rim: rim_height < stream_bottom < stream_top")
-        if self.fit_to <= self.fit_from:
-            raise ValueError("fit_to must be above fit_from")
+        FitWindow(self.fit_from, self.fit_to)  # better refused now than by the measurement, after minutes of pouring
         if self.longest_settle_time is not None and self.longest_settle_time < self.settle_time:
             raise ValueError("longest_settle_time must not be below settle_time")
         if self.stream_radius > self.cup_radius:
