@@ -5,8 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 
+import numpy as np
+
 from analysis.regression import FittedModel
-from designs.space import Factor
+from designs.space import Array, Factor
 from designs.terms import Term
 
 
@@ -17,14 +19,29 @@ def uncoded_coefficients(fit: FittedModel) -> dict[Term, float]:
     centre and h the half range, and the products are multiplied out:
     x^p = h^−p Σ_q (p over q) v^q (−c)^(p−q).
     """
-    k = len(fit.runs.space)
-    result: dict[Term, float] = {Term((0,) * k): fit.constant}
-    for term, coefficient in fit.term_coefficients.items():
+    coefficients = np.array([fit.constant, *fit.term_coefficients.values()])
+    return {term: float(row @ coefficients) for term, row in _uncoding(fit).items()}
+
+
+def uncoded_standard_errors(fit: FittedModel) -> dict[Term, float]:
+    """Return the standard errors of the coefficients in natural units, √(m s² (XᵀX)⁻¹ mᵀ); NaN for a saturated model.
+
+    m is the row that makes the coefficient from the coded ones, which blocks leave alone.
+    """
+    kept = [0, *range(fit.n_blocks, fit.matrix.shape[1])]
+    covariance = (np.linalg.inv(fit.matrix.T @ fit.matrix) * fit.s**2)[np.ix_(kept, kept)]
+    return {term: float(np.sqrt(max(float(row @ covariance @ row), 0.0))) for term, row in _uncoding(fit).items()}
+
+
+def _uncoding(fit: FittedModel) -> dict[Term, Array]:
+    """Return natural term → what each coded coefficient (the constant first) adds to its coefficient."""
+    size = 1 + len(fit.terms)
+    result: dict[Term, Array] = {Term((0,) * len(fit.runs.space)): np.eye(1, size)[0]}
+    for place, term in enumerate(fit.terms, 1):
         parts = [_powers(f, power) for f, power in zip(fit.runs.space, term.powers, strict=True)]
         for chosen in itertools.product(*(range(len(part)) for part in parts)):
-            value = coefficient * math.prod(part[q] for part, q in zip(parts, chosen, strict=True))
-            key = Term(tuple(chosen))
-            result[key] = result.get(key, 0.0) + value
+            row = result.setdefault(Term(tuple(chosen)), np.zeros(size))
+            row[place] += math.prod(part[q] for part, q in zip(parts, chosen, strict=True))
     return dict(sorted(result.items(), key=lambda item: (item[0].order, max(item[0].powers), _reverse(item[0]))))
 
 

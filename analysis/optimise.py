@@ -214,9 +214,7 @@ def _nearest_on_target(predict: Callable[[Array], float], target: float, start: 
     return found.x if good and found.x @ found.x <= start @ start else start
 
 
-def _setting_table(
-    fit: FittedModel, point: Array, active: Sequence[int], held: Mapping[int, float]
-) -> pd.DataFrame:
+def _setting_table(fit: FittedModel, point: Array, active: Sequence[int], held: Mapping[int, float]) -> pd.DataFrame:
     natural = fit.runs.space.to_natural(point[None, :]).iloc[0]
     rows = [
         (factor.name, point[i], float(natural.iloc[i]), factor.unit, _note(float(point[i]), i in active, i in held))

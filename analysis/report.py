@@ -49,7 +49,10 @@ class Report:
 
     def to_json(self) -> str:
         """Return the report as JSON text; missing numbers become null."""
-        data = {
+        return _json_text(self._plain())
+
+    def _plain(self) -> dict[str, Any]:
+        return {
             "analyser": self.analyser,
             "subject": self.subject,
             "numbers": {name: _plain(value) for name, value in self.numbers.items()},
@@ -57,22 +60,28 @@ class Report:
             "sentences": list(self.sentences),
             "advice": list(self.advice),
         }
-        return json.dumps(data, indent=2, ensure_ascii=False)
 
     def save(self, folder: str | Path, figures: Mapping[str, Any] | None = None) -> list[Path]:
-        """Write ``report.txt``, ``report.json``, one CSV per table and one PNG per figure; return the paths."""
+        """Write ``report.txt``, ``report.json``, one CSV per table and one PNG per figure; return the paths.
+
+        ``report.json`` names under ``files`` what belongs to it: an earlier report may have left other files in the folder.
+        """
         target = Path(folder)
         target.mkdir(parents=True, exist_ok=True)
-        written = [target / "report.txt", target / "report.json"]
-        written[0].write_text(self.text() + "\n", encoding="utf-8")
-        written[1].write_text(self.to_json() + "\n", encoding="utf-8")
-        for name, table in self.tables.items():
-            written.append(target / f"{name}.csv")
-            table.to_csv(written[-1], index=False)
-        for name, figure in (figures or {}).items():
-            written.append(target / f"{name}.png")
-            figure.savefig(written[-1], dpi=150)
-        return written
+        tables = {target / f"{name}.csv": table for name, table in self.tables.items()}
+        drawn = {target / f"{name}.png": figure for name, figure in (figures or {}).items()}
+        (target / "report.txt").write_text(self.text() + "\n", encoding="utf-8")
+        content = {**self._plain(), "files": [path.name for path in (*tables, *drawn)]}
+        (target / "report.json").write_text(_json_text(content) + "\n", encoding="utf-8")
+        for path, table in tables.items():
+            table.to_csv(path, index=False)
+        for path, figure in drawn.items():
+            figure.savefig(path, dpi=150)
+        return [target / "report.txt", target / "report.json", *tables, *drawn]
+
+
+def _json_text(data: Mapping[str, Any]) -> str:
+    return json.dumps(data, indent=2, ensure_ascii=False)
 
 
 def table_text(table: pd.DataFrame) -> str:

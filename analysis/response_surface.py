@@ -12,7 +12,7 @@ import pandas as pd
 from analysis.anova import anova_sentences, anova_table
 from analysis.base import check_choice
 from analysis.canonical import StationaryPoint, stationary_point
-from analysis.equation import equation, uncoded_coefficients
+from analysis.equation import equation, uncoded_coefficients, uncoded_standard_errors
 from analysis.errors import AnalysisError
 from analysis.model_choice import ModelAnalyser
 from analysis.model_summary import summary_numbers, summary_sentences, summary_table
@@ -164,7 +164,9 @@ def _doubts(chosen: Selection, others: Sequence[Selection], alpha: float) -> lis
 
 def _uncoded_table(fit: FittedModel) -> pd.DataFrame:
     names = [f"ln({f.name})" if f.log else f.name for f in fit.runs.space]
-    return pd.DataFrame([{"Term": t.label(names), "Coef": value} for t, value in uncoded_coefficients(fit).items()])
+    errors = uncoded_standard_errors(fit)
+    rows = [(t.label(names), value, errors[t]) for t, value in uncoded_coefficients(fit).items()]
+    return pd.DataFrame(rows, columns=["Term", "Coef", "SE Coef"])
 
 
 def _advice(chosen: Selection, point: StationaryPoint | None) -> tuple[str, ...]:

@@ -61,11 +61,7 @@ def start(threads: int | None = None, arch: str | None = None, debug: bool | Non
             )
         _refuse_changes(threads, arch, debug)
         return _running
-    wanted = Runtime(
-        arch=arch or os.environ.get("TAICHIDEM_ARCH", "cpu"),
-        threads=threads or _number_from("TAICHIDEM_THREADS") or cores(),
-        debug=bool(_number_from("TAICHIDEM_DEBUG")) if debug is None else debug,
-    )
+    wanted = _wanted(threads, arch, debug)
     _check_arch(wanted.arch)
     if wanted.threads < 1:
         raise InputError(f"threads is {wanted.threads}; give at least 1, or leave it out for every processor.")
@@ -79,6 +75,19 @@ def start(threads: int | None = None, arch: str | None = None, debug: bool | Non
         )
     _running, _thread = wanted, threading.get_ident()
     return wanted
+
+
+def in_use() -> Runtime:
+    """Return the settings that Taichi runs with, or would run with if it were started now; starts nothing."""
+    return _running or _wanted(None, None, None)
+
+
+def _wanted(threads: int | None, arch: str | None, debug: bool | None) -> Runtime:
+    return Runtime(
+        arch=arch or os.environ.get("TAICHIDEM_ARCH", "cpu"),
+        threads=threads or _number_from("TAICHIDEM_THREADS") or cores(),
+        debug=bool(_number_from("TAICHIDEM_DEBUG")) if debug is None else debug,
+    )
 
 
 @contextlib.contextmanager

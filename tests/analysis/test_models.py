@@ -7,12 +7,13 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from statsmodels.api import OLS
 from statsmodels.formula.api import ols
 from statsmodels.stats.anova import anova_lm
 
 from analysis import AnalysisError, Anova, Canonical, ModelSummary, Residuals, ResponseSurface
 from analysis.anova import anova_table
-from analysis.equation import equation, uncoded_coefficients
+from analysis.equation import equation, uncoded_coefficients, uncoded_standard_errors
 from analysis.lack_of_fit import lack_of_fit
 from analysis.regression import FittedModel
 from analysis.residuals import box_cox, residual_table
@@ -274,6 +275,29 @@ def test_box_behnken_of_a_known_surface_is_recovered_exactly():
     fit = fitted(table, "y", space=space)
     found = {t.label(fit.runs.names): c for t, c in uncoded_coefficients(fit).items() if abs(c) > 1e-9}
     assert found == pytest.approx({"Constant": 3, "p": 2, "q*r": -0.5, "r*r": 0.25})
+
+
+def test_standard_errors_in_natural_units_are_those_of_a_fit_in_natural_units():
+    table = central_composite()
+    fit = fitted(table, "aor_deg")
+    found = {t: (c, uncoded_standard_errors(fit)[t]) for t, c in uncoded_coefficients(fit).items()}
+    natural = table[list(fit.runs.names)].to_numpy()
+    matrix = np.column_stack([np.prod(natural ** np.array(t.powers), axis=1) for t in found])
+    direct = OLS(table["aor_deg"].to_numpy(), matrix).fit()
+    np.testing.assert_allclose([c for c, _ in found.values()], direct.params, rtol=1e-6)
+    np.testing.assert_allclose([u for _, u in found.values()], direct.bse, rtol=1e-6)
+
+
+def test_standard_errors_in_natural_units_with_blocks_and_of_a_saturated_model():
+    table = central_composite()
+    table["block"] = 1 + (table["run"] > 12)
+    fit = fitted(table, "aor_deg", model="linear")
+    (half,) = {(f.high - f.low) / 2 for f in fit.runs.space if f.name == "F"}
+    coded = fit.coefficient_table().set_index("Term")["SE Coef"]["F"]
+    errors = {t.label(fit.runs.names): u for t, u in uncoded_standard_errors(fit).items()}
+    assert errors["F"] == pytest.approx(coded / half)
+    few = fitted(table.drop(columns="block").iloc[[0, 1, 8, 12]], "aor_deg", model="linear")
+    assert all(np.isnan(u) for u in uncoded_standard_errors(few).values())
 
 
 def test_settings_are_checked():

@@ -98,7 +98,7 @@ def test_a_held_factor_of_the_model_stays_and_the_others_make_up_for_it(hold):
     assert report.numbers["a"] == pytest.approx(14 - 10 + 0.5 * 3, abs=1e-5)
     assert report.tables["setting"].set_index("Factor")["Note"].to_dict() == {"a": "", "b": "held as asked"}
     assert report.sentences[:2] == ("Best setting: a = 5.5 mm.", "Held as asked: b = -3.")
-    assert "The model hits the target." in report.text()  # with one factor left there is one setting, not a curve of them
+    assert "The model hits the target." in report.text()  # one factor is left, so not a curve of settings
     figure = analyser.figures(report)["y1_contour_a_b"]
     (star,) = [line for line in figure.axes[0].lines if line.get_marker() == "*"]
     assert star.get_ydata()[0] == -3

@@ -15,23 +15,20 @@ from analysis.equation import uncoded_coefficients
 from analysis.regression import FittedModel
 from analysis.run_table import read_runs
 from designs.terms import parse_term
-from taichidem.paper.published import DATA, EFFECTS, central_composite, plackett_burman
+from taichidem.paper.published import (
+    ANOVA,
+    DATA,
+    EFFECTS,
+    EQUATION_20,
+    MODEL_SUMMARY,
+    REMARKS,
+    central_composite,
+    plackett_burman,
+)
 
 SHARED = Path(__file__).parents[2].parent / "shared" / "paper"
 
 TABLE_7 = [(factor, *values) for factor, values in EFFECTS.items()]
-
-# Table 8: source, degrees of freedom, sum of squares.
-TABLE_8 = {
-    "Model": (4, 376.878),
-    "  F": (1, 177.611),
-    "  D": (1, 30.902),
-    "  F*F": (1, 30.329),
-    "  D*D": (1, 37.147),
-    "Error": (15, 48.190),
-    "  Lack-of-Fit": (10, 41.952),
-    "  Pure Error": (5, 6.238),
-}
 
 
 @pytest.fixture(scope="module")
@@ -81,17 +78,17 @@ def test_equation_20(without_hierarchy):
     names = fit.runs.names
     found = {term.label(names): value for term, value in uncoded_coefficients(fit).items()}
     exact = {"Constant": 7.645, "F": 51.360, "D": 33.282, "F*F": -49.280, "D*D": -30.341}
-    printed = {"Constant": (7.64, 0.01), "F": (51.3, 0.1), "D": (33.3, 0.1), "F*F": (-49.3, 0.1), "D*D": (-30.36, 0.02)}
+    last_digit = {"Constant": 0.01, "F": 0.1, "D": 0.1, "F*F": 0.1, "D*D": 0.02}
     assert set(found) == set(exact)
     for label, value in exact.items():
         assert found[label] == pytest.approx(value, abs=0.0005), label
-        assert found[label] == pytest.approx(printed[label][0], abs=printed[label][1]), label
+        assert found[label] == pytest.approx(EQUATION_20[label], abs=last_digit[label]), label
     assert "7.6448 + 51.36 F + 33.282 D − 49.28 F*F − 30.341 D*D" in without_hierarchy.text()
 
 
 def test_table_8_sums_of_squares(without_hierarchy):
     """All within ±0.05 but Model and F: the table prints the angle to 0.01°, which moves these two by 0.14."""
-    for source, (df, ss) in TABLE_8.items():
+    for source, (df, ss) in ANOVA.items():
         row = anova_row(without_hierarchy, source)
         assert row["DF"] == df, source
         if source not in ("Model", "  F"):
@@ -106,7 +103,7 @@ def test_table_8_is_exact_for_angles_within_their_rounding():
     runs = read_runs(table, ["aor_deg"])
     terms = tuple(parse_term(label, runs.names) for label in ("F", "D", "F*F", "D*D"))
     forms = np.array(_quadratic_forms(FittedModel(runs, "aor_deg", terms)))
-    wanted = np.array([ss for _, ss in TABLE_8.values()])
+    wanted = np.array([ss for _, ss in ANOVA.values()])
     printed = table["aor_deg"].to_numpy()
 
     def deviation(shift):
@@ -115,7 +112,7 @@ def test_table_8_is_exact_for_angles_within_their_rounding():
     found = optimize.least_squares(deviation, np.zeros(len(table)), bounds=(-0.005, 0.005), xtol=1e-12)
     runs.responses["aor_deg"] = printed + found.x
     rows = anova_table(FittedModel(runs, "aor_deg", terms)).set_index("Source")["Adj SS"]
-    for source, (_, ss) in TABLE_8.items():
+    for source, (_, ss) in ANOVA.items():
         assert rows[source] == pytest.approx(ss, abs=0.0006), source
 
 
@@ -134,9 +131,8 @@ def _quadratic_forms(fit):
 
 def test_model_summary(without_hierarchy):
     numbers = without_hierarchy.numbers
-    assert numbers["S"] == pytest.approx(1.792, abs=0.001)
-    assert numbers["R2 %"] == pytest.approx(88.66, abs=0.005)
-    assert numbers["R2 adj %"] == pytest.approx(85.64, abs=0.005)
+    for name, printed in MODEL_SUMMARY.items():
+        assert numbers[name] == pytest.approx(printed, abs=0.001 if name == "S" else 0.005), name
     assert numbers["R2 pred %"] == pytest.approx(82.2, abs=0.05)  # not "exceeding 88 %", as the paper's text says
     assert "The predicted R² of 82.2 %" in without_hierarchy.text()
 
@@ -178,3 +174,21 @@ def test_close_calls_end_at_a_factor_two():
     near = ResponseSurface(hierarchy="none", alpha=0.03).analyse(central_composite(), responses=["aor_deg"])
     assert not any("B*B" in call.label for call in far.details["selection"].close_calls)
     assert any("B*B" in call.label for call in near.details["selection"].close_calls)
+
+
+def test_the_remarks_on_the_paper_are_what_its_table_gives(with_hierarchy, without_hierarchy):
+    left = without_hierarchy.tables["selection"]["p"].iloc[5]
+    stays = {
+        t.label(with_hierarchy.details["fit"].runs.names): p
+        for t, p in with_hierarchy.details["fit"].p_values().items()
+    }
+    assert f"B*B goes at p = {left:.4f}; with hierarchy it stays at p = {stays['B*B']:.4f}" in REMARKS
+    assert f"predicted R² is {without_hierarchy.numbers['R2 pred %']:.1f} %" in REMARKS
+    table = central_composite()
+    counted = table.loc[table[["F", "D", "B"]].eq([0.35, 0.635, 998]).all(axis=1), "aor_deg"].value_counts()
+    assert counted.to_dict() == {30.11: 5, 27.37: 1}
+    assert "five of the six centre runs gave the same 30.11° and one 27.37°" in REMARKS
+    assert anova_row(without_hierarchy, "  Pure Error")["Adj SS"] == pytest.approx(
+        (30.11 - 27.37) ** 2 * 5 / 6, abs=1e-9
+    )
+    assert f"pure error of {ANOVA['  Pure Error'][1]}" in REMARKS

@@ -97,6 +97,10 @@ def test_report_is_frozen_and_writes_text_json_and_csv(tmp_path):
     assert all(path.stat().st_size > 100 for path in paths if path.suffix in (".png", ".txt", ".json"))
     data = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
     assert data["tables"]["effects"][5]["Term"] == "F"
+    assert sorted(data["files"]) == sorted(names - {"report.txt", "report.json"})
+    report.save(tmp_path / "out")  # without figures: those of before stay, and don't belong to the report
+    data = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
+    assert data["files"] == ["effects.csv", "lenth.csv"]
     again = pd.read_csv(tmp_path / "out" / "effects.csv")
     np.testing.assert_allclose(again["Effect"], report.tables["effects"]["Effect"])
 
