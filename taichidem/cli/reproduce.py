@@ -57,6 +57,8 @@ def reproduce(
 
 
 def _print(result: Reproduction) -> None:
+    from taichidem.paper.held_out import own_files
+
     table = Table("", "paper", "ours", "wanted", "met", title="Sudsawat et al. (2023), reproduced")
     for check in result.checks:
         table.add_row(check.name, check.paper, check.ours, check.wanted, MET[check.met])
@@ -64,5 +66,6 @@ def _print(result: Reproduction) -> None:
     for check in result.checks:
         if check.note:
             typer.echo(f"{check.name}: {check.note}")
-    typer.echo(f"\nTests the model was not fitted to: {result.held_out.text}\n")
+    other = "your measurements" if own_files(result.folder) else "grains of 3 mm with the same constants"
+    typer.echo(f"\nCoarse grains beside {other}, in other tests: {result.held_out.text}\n")
     typer.echo(f"{result.wall_s:.0f} s. wrote {result.folder / 'report.html'}")

@@ -1,13 +1,14 @@
-"""Beyond the paper: does the model that was fitted to a heap of coarse grains say what fine grains do in other tests?
+"""Beyond the paper: do coarse grains do in other tests what real ones do with the same constants?
 
 No hopper, drum or density of these granules was measured. So the real grains of 3 mm, simulated with the same constants, stand
-for the measurement, and the coarse model is compared with them as a study is compared with a laboratory. Whoever has
-measurements puts them into the study's table in their place.
+for the measurement, and grains of 6 mm are compared with them as a study is compared with a laboratory. That tests the scale;
+whether the constants are right is left open until somebody puts measurements into the study's table.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from taichidem import plugins
 from taichidem.errors import SimulationError
 from taichidem.experiments.base import Experiment
 from taichidem.paper.heaps import SCALE
+from taichidem.paper.own_files import changed, write_unless_changed
 from taichidem.paper.session import Session
 from taichidem.scene import Model
 from taichidem.study import Comparison, Run, compare, read_study, run_all
@@ -24,8 +26,10 @@ from taichidem.whole_file import write_whole
 
 FIRST_SEED = 5000
 STAGE = "held-out tests"
-FOLDER = "held_out"
-INSTRUMENT = 0.01  # relative standard uncertainty granted to each reference value besides its scatter
+FOLDER, REFERENCE, MEASUREMENTS, STUDY = "held_out", "reference.csv", "measurements.csv", "study.toml"
+#: Relative standard uncertainty granted to each reference value besides its scatter, as an instrument would have: the scatter of
+#: two seeds may be tiny by chance, and then any difference would look large. The page tells it.
+INSTRUMENT = 0.01
 
 #: Type, settings shared by both sizes of grains, number of coarse grains. Heights of the rain are given, so that both fall alike.
 TESTS: Mapping[str, tuple[str, dict[str, object], int]] = {
@@ -36,13 +40,16 @@ TESTS: Mapping[str, tuple[str, dict[str, object], int]] = {
 
 
 def confirm(session: Session, levels: Mapping[str, float]) -> Comparison:
-    """Write the held-out study at a setting of the paper's factors, its reference from fine grains, and compare."""
+    """Write the held-out study at a setting of the paper's factors, its reference from fine grains, and compare.
+
+    The fine grains' values are also the study's measurements, until somebody writes her own there.
+    """
     folder = session.folder / FOLDER
     folder.mkdir(exist_ok=True)
     model = session.model(levels)
-    reference = _reference(session, model)
-    write_whole(folder / "measurements.csv", reference.to_csv(index=False))
-    write_whole(folder / "study.toml", _study_text(model))
+    reference = _reference(session, model).to_csv(index=False)
+    write_whole(folder / REFERENCE, reference)
+    write_unless_changed(folder, {MEASUREMENTS: reference, STUDY: _study_text(model)})
     seeds = range(FIRST_SEED + 101, FIRST_SEED + 101 + 2 * session.effort.held_out)
     return compare(
         read_study(folder),
@@ -52,6 +59,11 @@ def confirm(session: Session, levels: Mapping[str, float]) -> Comparison:
         lambda stage, share: session.tell(STAGE, share),
         executor=session.executor,
     )
+
+
+def own_files(output: Path) -> tuple[str, ...]:
+    """Return which of the study's files in a reproduction's folder a person has written herself."""
+    return changed(output / FOLDER, (MEASUREMENTS, STUDY))
 
 
 def tests(scale: float) -> dict[str, Experiment]:
@@ -92,8 +104,9 @@ def _study_text(model: Model) -> str:
     restitution, friction = values["normal_hertz"]["restitution"], values["tangential_mindlin"]["static_friction"]
     rolling = values["rolling_constant_torque"]["rolling_friction"]
     lines = [
-        "# Tests that the model was not fitted to. measurements.csv holds what grains of 3 mm give with the same constants;",
-        "# put your own measurements there, and run taichidem compare on this folder.",
+        "# Tests that the model was not fitted to. measurements.csv holds what grains of 3 mm give with the same constants, as",
+        "# reference.csv does. Put your own measurements there, and run taichidem compare on this folder; what you change in",
+        "# measurements.csv and here is not written over.",
         "schema = 1",
         'title = "Held-out tests of the calibrated polypropylene model"',
         "",
