@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
@@ -11,10 +12,12 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, se
 
 from taichidem import __version__
 from taichidem.heap_comparison import LABORATORY
-from taichidem.paper import published
+from taichidem.paper import held_out, page_tables, published
 from taichidem.paper.charts import effects_chart, heaps_chart, points_chart, search_chart
 from taichidem.paper.checks import time_saved
 from taichidem.paper.effort import EFFORTS
+from taichidem.paper.optimum import STAGE as OPTIMUM
+from taichidem.paper.setting_up import conditions, heaps, settings_rows, window_text
 from taichidem.study.report.embedded import Picture, pictures
 from taichidem.whole_file import save_figure, write_whole
 
@@ -44,17 +47,19 @@ def write_page(result: Reproduction) -> Path:
 def _content(result: Reproduction, drawn: Mapping[str, Any]) -> dict[str, Any]:
     folder = result.folder
     files = {name: f"{name}.png" for name in drawn}
-    contours = sorted(path.relative_to(folder).as_posix() for path in (folder / "optimum").glob("*contour*.png"))
-    for heaps, name in ((result.optimum.heaps, "coarse"), (result.fine, "fine")):
-        files |= {f"{kind} {name}": file for kind, file in heaps.pictures.items()}
+    for kept, name in ((result.optimum.heaps, "coarse"), (result.fine, "fine")):
+        files |= {f"{kind} {name}": file for kind, file in kept.pictures.items()}
     return {
         "result": result,
         "effort": EFFORTS[result.effort],
         "checks": result.checks,
         "pictures": {name: _embedded(file, folder) for name, file in files.items()},
-        "contours": [_embedded(file, folder) for file in contours],
-        "coefficients": _coefficients(result),
-        "anova": result.surface.report.tables["anova"].to_dict("records"),
+        "contours": [_embedded(file, folder) for file in _contours(folder)],
+        **_tables(result),
+        "window": window_text(),
+        "conditions": conditions(result),
+        "own_files": held_out.own_files(folder),
+        "instrument": held_out.INSTRUMENT,
         "published": published,
         "saved": time_saved(result.optimum.heaps, result.fine),
         "laboratory": LABORATORY,
@@ -63,12 +68,22 @@ def _content(result: Reproduction, drawn: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _coefficients(result: Reproduction) -> list[dict[str, Any]]:
-    """Return the terms of the surface in natural units, the paper's Equation 20 beside ours."""
-    table = result.surface.report.tables["uncoded_coefficients"]
-    ours = dict(zip(table["Term"], table["Coef"], strict=True))
-    terms = [*published.EQUATION_20, *(term for term in ours if term not in published.EQUATION_20)]
-    return [{"term": term, "paper": published.EQUATION_20.get(term), "ours": ours.get(term)} for term in terms]
+def _tables(result: Reproduction) -> dict[str, Any]:
+    surface = result.surface.report
+    return {
+        "coefficients": page_tables.coefficients(surface),
+        "variance": page_tables.variance(surface),
+        "summary": page_tables.summary(surface),
+        "angles": page_tables.angles({"heaps of 6 mm": result.optimum.heaps, "heaps of 3 mm": result.fine}),
+        "heap_kinds": list(heaps(result.rounds)),
+        "heap_settings": settings_rows(result.rounds),
+    }
+
+
+def _contours(folder: Path) -> list[str]:
+    """Return the contours of the last optimum; an earlier run's may lie beside them."""
+    report = json.loads((folder / OPTIMUM / "report.json").read_text(encoding="utf-8"))
+    return [f"{OPTIMUM}/{file}" for file in report["files"] if "contour" in file and file.endswith(".png")]
 
 
 def _embedded(file: str, folder: Path) -> Picture:
@@ -84,10 +99,20 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["fixed"] = _fixed
+    environment.filters |= {"fixed": _fixed, "significant": _significant, "chance": _chance}
     return environment
 
 
 def _fixed(value: float | None, decimals: int = 2) -> str:
     """Return a number with so many decimals, a dash where there is none."""
     return "–" if value is None or value != value else f"{value:.{decimals}f}"
+
+
+def _significant(value: float | None, digits: int = 4) -> str:
+    """Return a number with so many significant digits, a dash where there is none."""
+    return "–" if value is None or value != value else f"{value:#.{digits}g}".rstrip(".")
+
+
+def _chance(value: float | None) -> str:
+    """Return a p-value with four decimals, a dash where there is none."""
+    return "<0.0001" if value is not None and value < 5e-5 else _fixed(value, 4)

@@ -21,6 +21,7 @@ from taichidem.paper.next_factor import search_further
 from taichidem.paper.optimum import Optimum, confirm, search
 from taichidem.paper.screening import Screening, screen
 from taichidem.paper.session import Session, Tell
+from taichidem.paper.setting_up import conditions
 from taichidem.paper.surface import Surface, fit_surface
 from taichidem.study import Comparison, RunStore
 from taichidem.study.campaign import STORE
@@ -95,6 +96,7 @@ class Reproduction(ResultFile):
                 "held_out": self.held_out.as_dict(),
                 "checks": [vars(check) for check in self.checks],
                 "wall_s": self.wall_s,
+                "conditions": conditions(self),
             }
         )
 

@@ -22,7 +22,8 @@ class Screening:
     Attributes:
         heaps: a row per heap.
         runs: a row per run: levels, our mean angle, the paper's.
-        effects: a row per factor: our effect [deg], contribution [%] and rank, the paper's, whether the signs agree.
+        effects: a row per factor: our effect [deg] with its standard error u and p, contribution [%] and rank, the paper's,
+            whether the signs agree.
         report: of the analyser.
     """
 
@@ -54,12 +55,15 @@ def screen(session: Session) -> Screening:
 def _beside(report: Report) -> pd.DataFrame:
     """Return our effects beside the paper's, in the paper's order."""
     ours = report.tables["effects"].set_index("Term")
+    errors = report.details["fit"].coefficient_table().set_index("Term")["SE Coef"]
     meaning = {factor.letter: factor.meaning for factor in FACTORS}
     rows = [
         {
             "factor": letter,
             "meaning": meaning[letter],
             "effect": float(ours.loc[letter, "Effect"]),
+            "u": 2 * float(errors[letter]),  # from low to high are two steps of the coded factor
+            "p": float(ours.loc[letter, "p"]),
             "contribution": float(ours.loc[letter, "Contribution %"]),
             "rank": int(ours.loc[letter, "Order"]),
             "paper_effect": effect,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 from dataclasses import replace
@@ -23,7 +24,7 @@ from taichidem.paper.heaps import model_at
 from taichidem.paper.kept_heaps import KeptHeaps
 from taichidem.paper.next_factor import next_factor, search_further, where_to_pour
 from taichidem.paper.optimum import search
-from taichidem.paper.published import FACTORS
+from taichidem.paper.published import FACTORS, REMARKS
 from taichidem.paper.reproduction import reproduce
 from taichidem.paper.screening import screen
 from taichidem.paper.surface import fit_surface
@@ -63,6 +64,7 @@ def test_the_screening_finds_what_was_planted(result):
         planted[1] - planted[0], abs=4 * planted_heap.SCATTER / np.sqrt(3)
     )
     assert effects.loc["D", "effect"] < 0
+    assert effects.loc["F", "u"] == pytest.approx(result.screening.report.numbers["s"] * 2 / np.sqrt(12))
     assert effects["paper_effect"].tolist()[:2] == [11.429, -6.589]
     assert list(result.screening.runs["ours"].round(6)) == list(result.screening.heaps["aor_deg"].round(6))
 
@@ -102,7 +104,10 @@ def test_the_checks_are_told_by_table_page_and_file(result):
         assert check.name in page
     assert 'src="http' not in page
     assert len(re.findall(r'<img src="data:image/png', page)) >= 8
+    for said in ("0.40–0.92 of the cup radius", "by 1 % of itself", "n = 100", "29.25–30.86", REMARKS, "376.878"):
+        assert said in html.unescape(page)
     held = json.loads((result.folder / "paper.json").read_text())
+    assert held["conditions"]["heaps"]["6 mm"]["fit_from"] == 0.4
     assert len(held["checks"]) == len(result.checks)
     assert held["surface"]["rms_deg"] == pytest.approx(result.surface.rms)
     assert held["fine"]["angles"] == list(result.fine.angles)
@@ -146,7 +151,7 @@ def test_the_command_prints_the_checks_and_json(result, command, monkeypatch):
     assert code == 0
     for check in result.checks:
         assert check.ours.split()[0] in out
-    assert "Tests the model was not fitted to" in out
+    assert "Coarse grains beside grains of 3 mm with the same constants, in other tests" in out
     code, out, _ = command("reproduce", "paper", "-o", result.folder, "--json")
     assert json.loads(out)["effort"] == "quick"
     assert asked == [((result.folder, "quick"), None)] * 2
