@@ -9,7 +9,6 @@ import pytest
 
 from taichidem.experiments import BUILT_IN
 from tests.experiments.planted import SMALL, granules
-from tests.shown_commands import check_command
 
 PAGE = (Path(__file__).parents[1] / "docs" / "checkpoints.md").read_text(encoding="utf-8")
 PYTHON = re.findall(r"```python\n(.*?)```", PAGE, flags=re.S)
@@ -26,11 +25,6 @@ def test_the_file_of_a_test_is_gone_at_the_end(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(compile(PYTHON[0], "checkpoints.md", "exec"), {})
     assert capsys.readouterr().out.split()[-1] == "False"
-
-
-@pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, flags=re.M))
-def test_commands_and_options_exist(command):
-    check_command(command)
 
 
 def test_the_size_it_names(tmp_path, monkeypatch):

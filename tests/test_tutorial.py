@@ -13,7 +13,6 @@ from typer.testing import CliRunner
 
 from taichidem.cli.application import app
 from taichidem.missing_effect_demo import EXAMPLE
-from tests.shown_commands import check_command
 
 PAGE = (Path(__file__).parents[1] / "docs" / "tutorial.md").read_text(encoding="utf-8")
 COMMANDS = [shlex.split(line) for line in re.findall(r"^\$ taichidem (.*?)(?:\s+#.*)?$", PAGE, re.M)]
@@ -66,11 +65,6 @@ def test_the_road_of_the_tutorial(study):
     chi2 = {step["step"]: step["chi2"] for step in addition["waterfall"]}
     assert chi2["with_effect"] < 0.3 * chi2["recalibrated"]
     assert next(study.parent.glob("*/results/report.html")).is_file()
-
-
-@pytest.mark.parametrize("arguments", COMMANDS)
-def test_commands_and_options_exist(arguments):
-    check_command(shlex.join(["taichidem", *arguments]))
 
 
 @pytest.mark.parametrize("picture", re.findall(r"\]\((pictures/[^)]*)\)", PAGE))

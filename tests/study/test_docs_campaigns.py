@@ -8,20 +8,12 @@ from contextlib import nullcontext
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
-import pytest
-
 from taichidem.study import cluster, diagnosis_run
 from taichidem.study.executors import IN_FLIGHT, SpawnedProcesses
-from tests.shown_commands import check_command
 from tests.study.fakes import Quick
 
 PAGE = (Path(__file__).parents[2] / "docs" / "campaigns.md").read_text(encoding="utf-8")
 PYTHON = re.findall(r"^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
-
-
-@pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, re.M))
-def test_commands_and_options_exist(command):
-    check_command(command)
 
 
 def test_the_example_of_processes_runs(write, tmp_path, monkeypatch, capsys):

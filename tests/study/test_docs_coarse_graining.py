@@ -5,14 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
-
 from taichidem.study import read_study
-from tests.shown_commands import check_command
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "coarse_graining.md").read_text(encoding="utf-8")
-COMMANDS = re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, flags=re.M)
 
 
 def test_the_python_block_runs(capsys):
@@ -21,11 +17,6 @@ def test_the_python_block_runs(capsys):
     exec(compile(block, "coarse_graining.md", "exec"), names)
     assert (names["test"].settings.diameter, names["test"].settings.particles) == (0.006, 800)
     assert "1 of 1 observables stayed within their uncertainty" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_commands_and_options_exist(command):
-    check_command(command)
 
 
 def test_it_shows_every_test_of_the_example_and_its_numbers_of_grains():

@@ -5,10 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
-
 from taichidem.study import compare
-from tests.shown_commands import check_command
 
 PAGE = (Path(__file__).parents[2] / "docs" / "comparison.md").read_text(encoding="utf-8")
 
@@ -31,8 +28,3 @@ def test_the_example_fails_as_shown(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     exec(compile(block("python"), "comparison.md", "exec"), {})
     assert "fall at 2.5 s" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, re.M))
-def test_commands_and_options_exist(command):
-    check_command(command)

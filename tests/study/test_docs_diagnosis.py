@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
@@ -28,12 +27,6 @@ def test_the_options_exist_where_the_page_says(text, commands):
     option = re.findall(r"--?[a-z-]+", text)[0]
     for command in ("diagnose", "add", "discover") if commands == "all" else commands.split(", "):
         assert option in shown(command)
-
-
-@pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, re.M))
-def test_the_commands_exist(command):
-    _, name, *arguments = shlex.split(command)
-    assert all(option in shown(name) for option in arguments if option.startswith("-"))
 
 
 def test_its_python_runs_and_leaves_the_files(tmp_path, monkeypatch, capsys):

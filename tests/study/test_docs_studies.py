@@ -11,7 +11,6 @@ from taichidem.experiments import FixedFunnel
 from taichidem.experiments.base import Outcome
 from taichidem.study import read_measurements, read_study
 from taichidem.study.parameter_key import ParameterKey
-from tests.shown_commands import check_command
 
 PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
 
@@ -74,8 +73,3 @@ def test_invented_measurements_are_said_to_be_invented():
     example = Path(__file__).parents[2] / "examples" / "study" / "study.toml"
     assert re.search(r"^# Its measurements.* are invented", example.read_text(encoding="utf-8"), re.M)
     assert "its measurements are invented" in PAGE
-
-
-@pytest.mark.parametrize("command", re.findall(r"^\$ (taichidem .*?)(?:\s+#.*)?$", PAGE, re.M))
-def test_commands_and_options_exist(command):
-    check_command(command)
