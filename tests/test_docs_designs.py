@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from analysis import BUILT_IN as ANALYSERS
 from designs import BUILT_IN as DESIGNS
 from designs import CentralComposite, Factor, FactorSpace
+from taichidem.cli.application import app
+from taichidem.paper.published import DATA
 
-PAGE = (Path(__file__).parents[1] / "docs" / "designs_and_analysers.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "docs" / "designs_and_analysers.md").read_text(encoding="utf-8")
 
 
 def blocks(language):
@@ -37,6 +42,29 @@ def test_the_python_example_runs(tmp_path, monkeypatch, capsys):
     exec(compile(code, "designs_and_analysers.md", "exec"), {})
     assert "response_surface: aor_deg" in capsys.readouterr().out
     assert (tmp_path / "report" / "report.json").exists()
+
+
+def test_the_worked_example_gives_the_numbers_of_the_page(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    lines = re.findall(r"^\$ taichidem (analyse .*)$", PAGE, re.M)
+    said = [CliRunner().invoke(app, shlex.split(line)).output for line in lines]
+    effects, surface, best = said
+    assert re.search(r"F_static_friction_pp_pp +11\.4", effects)
+    assert "static friction 11.43 (65.70 %)" in PAGE
+    assert "R² is 88.66 %, adjusted 85.64 %" in surface
+    assert "F_static_friction_pp_pp = 0.5211, D_restitution_pp_pp = 0.5485" in best
+    assert "Held as asked: B_density_pp = 910" in best
+
+
+@pytest.mark.parametrize(
+    ("example", "table"),
+    [
+        ("plackett_burman.csv", "table3_plackett_burman.csv"),
+        ("central_composite.csv", "table5_central_composite.csv"),
+    ],
+)
+def test_the_examples_are_the_papers_tables(example, table):
+    assert (ROOT / "examples" / example).read_bytes() == (DATA / table).read_bytes()
 
 
 @pytest.mark.parametrize("name", [*DESIGNS, *ANALYSERS])
