@@ -9,14 +9,13 @@ from taichidem import __version__, runtime
 from taichidem.experiments import FixedFunnel
 from taichidem.heap_views import AZIMUTHS
 from taichidem.paper.heaps import coarse_heap, fine_heap, similar_heap
-from taichidem.paper.published import SURFACE
 from taichidem.physics_version import PHYSICS_VERSION
 
 if TYPE_CHECKING:
     from taichidem.paper.optimum import Optimum
     from taichidem.paper.reproduction import Reproduction
 
-COARSE, FINE, FURTHER = "6 mm", "3 mm", "6 mm, rounds of the next factor"
+COARSE, FINE, FURTHER = "6 mm", "3 mm", "6 mm, twice the fall"
 
 
 def conditions(result: Reproduction) -> dict[str, Any]:
@@ -35,7 +34,7 @@ def conditions(result: Reproduction) -> dict[str, Any]:
 def heaps(rounds: Sequence[Optimum]) -> dict[str, FixedFunnel]:
     """Return kind of heap → how it was poured."""
     found = {COARSE: coarse_heap(), FINE: fine_heap()}
-    if any(set(each.levels) != set(SURFACE) for each in rounds):  # those fall from higher
+    if any(each.raised for each in rounds):
         found[FURTHER] = similar_heap()
     return found
 

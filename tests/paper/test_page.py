@@ -62,7 +62,7 @@ def test_the_model_summary_shows_what_is_printed_what_its_table_gives_and_ours(s
 
 def test_angles_of_our_heaps_are_told_with_the_registered_statistics():
     def kept(*angles):
-        return KeptHeaps(0.006, tuple(range(len(angles))), angles, angles, 1.0, 0, {}, {})
+        return KeptHeaps(0.006, tuple(range(len(angles))), angles, angles, {}, 1.0, 0, {}, {})
 
     coarse, fine = page_tables.angles({"coarse": kept(29.0, 30.0, 31.0), "fine": kept(28.0, 29.0)})
     assert (coarse["N"], coarse["Mean"], coarse["SD"], coarse["Min"], coarse["Max"]) == (3, 30.0, 1.0, 29.0, 31.0)
@@ -79,24 +79,24 @@ def test_contours_of_an_earlier_optimum_are_not_shown(tmp_path):
     assert page._contours(tmp_path) == ["optimum/aor_deg_contour_F_D.png"]
 
 
-def rounds(*levels):
-    return [SimpleNamespace(levels=dict.fromkeys(letters)) for letters in levels]
+def rounds(*raised):
+    return [SimpleNamespace(raised=each) for each in raised]
 
 
 def test_conditions_hold_every_kind_of_heap_that_was_poured_and_what_computed_it():
-    plain = setting_up.conditions(SimpleNamespace(rounds=rounds("FDB")))
+    plain = setting_up.conditions(SimpleNamespace(rounds=rounds(False)))
     assert list(plain["heaps"]) == ["6 mm", "3 mm"]
     assert plain["heaps"]["3 mm"]["particles"] == 20000
     assert plain["heaps"]["6 mm"]["diameter"] == 0.006
     assert (plain["arch"], plain["threads"]) == (runtime.in_use().arch, runtime.in_use().threads)
     assert {"version", "physics"} <= set(plain)
-    further = setting_up.conditions(SimpleNamespace(rounds=rounds("FDB", "FDBH")))
+    further = setting_up.conditions(SimpleNamespace(rounds=rounds(False, True)))
     assert [heap["stream_bottom"] for heap in further["heaps"].values()] == [0.065, 0.065, 0.1]
 
 
 def test_the_window_is_named_and_every_setting_has_its_value_per_heap():
     assert setting_up.window_text() == "straight line over 0.40–0.92 of the cup radius in pictures from 9 sides"
-    rows = {row["name"]: row for row in setting_up.settings_rows(rounds("FDB"))}
+    rows = {row["name"]: row for row in setting_up.settings_rows(rounds(False))}
     assert rows["stream_rate"]["values"] == [600.0, 4800.0]
     assert rows["drop_velocity"]["unit"] == "m/s"
     assert "grain_material" not in rows
