@@ -110,8 +110,8 @@ class StationaryPoint:
 
 
 def setting_text(table: pd.DataFrame) -> str:
-    """Return ``F = 0.52, D = 0.55 mm`` from a table with columns Factor, Natural and Unit."""
-    rows = zip(table["Factor"], table["Natural"], table["Unit"], strict=True)
+    """Return ``F = 0.52, D = 0.55 mm`` from a table with columns Factor, Natural and Unit, of which "1" is left out."""
+    rows = zip(table["Factor"], table["Natural"], table["Unit"].replace("1", ""), strict=True)
     return ", ".join(f"{name} = {value:.4g} {unit}".rstrip() for name, value, unit in rows)
 
 

@@ -103,4 +103,4 @@ def _held(fit: FittedModel, i: int, j: int, hold: Array) -> str:
 
 def _label(fit: FittedModel, i: int) -> str:
     factor = fit.runs.space.factors[i]
-    return f"{factor.name} [{factor.unit}]" if factor.unit else factor.name
+    return f"{factor.name} [{factor.unit}]" if factor.unit not in ("", "1") else factor.name

@@ -121,6 +121,14 @@ def test_a_factor_in_no_model_is_written_where_it_is_held():
     assert report.numbers == {**free.numbers, "B": 910}
 
 
+def test_the_unit_of_a_pure_number_is_not_written():
+    space = FactorSpace([Factor("F", 0.1, 0.6, "1"), Factor("D", 0.3, 0.97, "1"), Factor("B", 889, 1107, "kg/m^3")])
+    analyser = Optimise(terms="F,D,F*F,D*D", hold="B=910")
+    report = analyser.analyse(central_composite(), responses=["aor_deg"], space=space)
+    assert report.sentences[:2] == ("Best setting: F = 0.5211, D = 0.5485.", "Held as asked: B = 910 kg/m^3.")
+    assert analyser.figures(report)["aor_deg_contour_F_D"].axes[0].get_xlabel() == "F"
+
+
 def test_hold_values_count_for_several_responses_too():
     goals = "y1:maximise:low=10:high=20, y2:target=18:low=14:high=20"
     given = table(bowl, slope)
