@@ -24,6 +24,7 @@ ROUNDS = 3  # of searching and pouring; each pours with seeds of its own
 SAME = 0.02  # in coded units: a setting that moves less than this is the old one
 REACHED = 0.01  # [deg], of the expected angle: further away, no setting in the ranges is expected to hit
 STAGE = "optimum"
+MEASURED = ("B",)  # of the surface's factors: known of the grains themselves, so that no search may move it
 
 
 @dataclass(frozen=True)
@@ -123,15 +124,12 @@ def pour_at(
 
 
 def _setting(table: pd.DataFrame) -> tuple[Report, dict[str, float], float]:
-    """Return the optimiser's report, the levels and the angle that the surface predicts there."""
-    analyser = plugins.get("analyser", "optimise")(goals=f"{ANGLE}:target={LABORATORY[0]}", **SETTINGS)
+    """Return the optimiser's report, the levels and the angle that the surface predicts there; density is as measured."""
+    hold = {factor.letter: factor.fixed for factor in FACTORS if factor.letter in MEASURED}
+    analyser = plugins.get("analyser", "optimise")(goals=f"{ANGLE}:target={LABORATORY[0]}", hold=hold, **SETTINGS)
     report = analyser.analyse(table, responses=[ANGLE], factors=SURFACE, space=factor_space(SURFACE))
     setting = report.tables["setting"].set_index("Factor")
-    levels = {letter: float(setting.loc[letter, "Natural"]) for letter in SURFACE}
-    for factor in FACTORS:  # what no model holds is left at what was measured
-        if factor.letter in levels and setting.loc[factor.letter, "Note"].startswith("in no model"):
-            levels[factor.letter] = factor.fixed
-    return report, levels, float(report.numbers[ANGLE])
+    return report, {letter: float(setting.loc[letter, "Natural"]) for letter in SURFACE}, float(report.numbers[ANGLE])
 
 
 def _distance(levels: Mapping[str, float], others: Mapping[str, float]) -> float:
