@@ -11,9 +11,9 @@ from taichidem import runtime
 from taichidem.errors import InputError
 from taichidem.experiments.base import Outcome
 from taichidem.scene import Model
-from taichidem.study.execution import Report, Run, batches, execute, stored_run
+from taichidem.study.execution import Report, Run, batches, execute, reason_of, stored_run
 from taichidem.study.executors import computed, threads_of
-from taichidem.study.run_store import RunStore
+from taichidem.study.run_store import LARGEST_SEED, RunStore
 from taichidem.study.study_file import Study
 
 # Worlds per thread in one batch. A killed campaign loses the batch that was under way, so it should be small; but the worlds
@@ -47,37 +47,57 @@ def run_all(
         One row per run, in the order given: the columns of `RunStore.table`, and `stored` (True where it was there before).
 
     Raises:
-        InputError: the store can't be written, or no run of the campaign can be set up.
+        InputError: the store can't be written or does not take a seed, or no run of a campaign that has not begun can be
+            set up.
         CompositionError, EnvironmentProblem: faults of all runs at once; any other failure is a row with its reason.
     """
-    wanted = list(runs)
+    wanted, report = list(runs), report or (lambda share: None)
+    _check_seeds(wanted)
     statuses = store.statuses(run.key for run in wanted)
-    skip = {key for key, status in statuses.items() if status == "done" or not retry_failed}
-    pending = list({run.key: run for run in wanted if run.key not in skip}.values())
-    _simulate(pending, store, report or (lambda share: None), worlds, executor)
+    there = _settled(statuses, retry_failed)
+    pending = list({run.key: run for run in wanted if run.key not in there}.values())
+    sound, weights = _set_up(pending, store, begun=bool(statuses))
+    if sound:
+        _simulate(sound, store, _Progress(weights, report), worlds, executor)
+    report(1.0)
     table = store.named([run.key for run in wanted], [run.name for run in wanted])
-    table["stored"] = [run.key in skip for run in wanted]
+    table["stored"] = [run.key in there for run in wanted]
     return table
 
 
+def _check_seeds(runs: Iterable[Run]) -> None:
+    for run in runs:
+        if not 0 <= run.seed <= LARGEST_SEED:
+            raise InputError(
+                f"A seed of {run.name or run.experiment.name} is {run.seed}; give whole numbers from 0 to {LARGEST_SEED}, "
+                "the largest that a run store holds."
+            )
+
+
+def _settled(statuses: Mapping[str, str], retry_failed: bool) -> set[str]:
+    """Return the keys of runs that need not be made: they are done, or failed and shall not be tried again."""
+    return {key for key, status in statuses.items() if status == "done" or not retry_failed}
+
+
 def _simulate(
-    pending: Sequence[Run], store: RunStore, report: Report, worlds: int | None, executor: Executor | None
+    sound: Sequence[Run],
+    store: RunStore,
+    progress: _Progress,
+    worlds: int | None,
+    executor: Executor | None,
 ) -> None:
-    if pending:
-        sound, weights = _set_up(pending, store)
-        progress = _Progress(weights, report)
-        if worlds is None:
-            worlds = WORLDS_PER_THREAD * (runtime.start().threads if executor is None else threads_of(executor))
-        parts = batches(sound, worlds)
-        if executor is None:
-            for part in parts:
-                store.add(*execute(part, progress.within([run.key for run in part])))
-                progress.add([run.key for run in part])
-        else:
-            for rows in computed(parts, executor):
-                store.add(*rows)
-                progress.add([row.key for row in rows])
-    report(1.0)
+    """Simulate runs, here or on workers, and write them."""
+    if worlds is None:
+        worlds = WORLDS_PER_THREAD * (runtime.start().threads if executor is None else threads_of(executor))
+    parts = batches(sound, worlds)
+    finished = (
+        (execute(part, progress.within([run.key for run in part])) for part in parts)
+        if executor is None
+        else computed(parts, executor)
+    )
+    for rows in finished:
+        store.add(*rows)
+        progress.add([row.key for row in rows])
 
 
 class _Progress:
@@ -85,7 +105,7 @@ class _Progress:
 
     def __init__(self, weights: Mapping[str, float], report: Report) -> None:
         self.weights, self.report = weights, report
-        self.done, self.total = 0.0, sum(weights.values())
+        self.done, self.total = 0.0, sum(weights.values()) or 1.0  # an experiment of one's own may have no grains
 
     def within(self, keys: Sequence[str]) -> Report:
         """Return a report for a batch under way."""
@@ -98,10 +118,18 @@ class _Progress:
         self.report(self.done / self.total)
 
 
-def _set_up(pending: Sequence[Run], store: RunStore) -> tuple[list[Run], dict[str, float]]:
+def _set_up(pending: Sequence[Run], store: RunStore, begun: bool) -> tuple[list[Run], dict[str, float]]:
     """Return the runs whose scenes can be built, and for progress how many grains each has; write the others as failed.
 
-    A scene that can't be built would take its whole batch with it.
+    A scene that can't be built would have its whole batch made again, run by run.
+
+    Args:
+        pending: what is to be simulated.
+        store: where the others are written.
+        begun: whether the store holds a run of this campaign.
+
+    Raises:
+        InputError: no scene of a campaign that has not begun can be built.
     """
     weights: dict[str, float] = {}
     refused: list[tuple[Run, str]] = []
@@ -115,9 +143,10 @@ def _set_up(pending: Sequence[Run], store: RunStore) -> tuple[list[Run], dict[st
             refused.append((run, found))
         else:
             weights[run.key] = found
-    if not weights:
+    if refused and not weights and not begun:
         raise InputError(f"No run can be set up. {refused[0][1]}")
-    store.add(*(stored_run(run, Outcome({}, run.seed, reason), 0.0) for run, reason in refused))
+    if refused:
+        store.add(*(stored_run(run, Outcome({}, run.seed, reason), 0.0) for run, reason in refused))
     return [run for run in pending if run.key in weights], weights
 
 
@@ -125,8 +154,8 @@ def _room(run: Run) -> float | str:
     """Return how many grains a run has, or why its scene can't be built."""
     try:
         return float(run.experiment.scene(run.model).room)
-    except InputError as error:
-        return str(error)
+    except Exception as error:
+        return reason_of(error)
 
 
 def study_runs(
