@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 
 import pandas as pd
@@ -34,6 +34,8 @@ def run_all(
 ) -> pd.DataFrame:
     """Make every run that is not in the store, write each outcome at once, and return them all.
 
+    Several processes may do so at once with one store: each asks it before every batch what is still to be made.
+
     Args:
         runs: in any order; equal ones are made once.
         store: where outcomes are kept; what is there already is not run again.
@@ -44,7 +46,8 @@ def run_all(
             where left out. Rows are the same to the last bit, and only this process writes them.
 
     Returns:
-        One row per run, in the order given: the columns of `RunStore.table`, and `stored` (True where it was there before).
+        One row per run, in the order given: the columns of `RunStore.table`, and `stored` (True where this
+        call did not simulate it: it was there before, or another process wrote it meanwhile).
 
     Raises:
         InputError: the store can't be written or does not take a seed, or no run of a campaign that has not begun can be
@@ -58,7 +61,7 @@ def run_all(
     pending = list({run.key: run for run in wanted if run.key not in there}.values())
     sound, weights = _set_up(pending, store, begun=bool(statuses))
     if sound:
-        _simulate(sound, store, _Progress(weights, report), worlds, executor)
+        there |= _simulate(sound, store, _Progress(weights, report), retry_failed, worlds, executor)
     report(1.0)
     table = store.named([run.key for run in wanted], [run.name for run in wanted])
     table["stored"] = [run.key in there for run in wanted]
@@ -83,21 +86,57 @@ def _simulate(
     sound: Sequence[Run],
     store: RunStore,
     progress: _Progress,
+    retry_failed: bool,
     worlds: int | None,
     executor: Executor | None,
-) -> None:
-    """Simulate runs, here or on workers, and write them."""
+) -> set[str]:
+    """Simulate runs, here or on workers, and write them; return the keys of those that another process made meanwhile."""
     if worlds is None:
         worlds = WORLDS_PER_THREAD * (runtime.start().threads if executor is None else threads_of(executor))
-    parts = batches(sound, worlds)
+    rest = _Rest(batches(sound, worlds), store, progress, retry_failed)
     finished = (
-        (execute(part, progress.within([run.key for run in part])) for part in parts)
+        (execute(part, progress.within([run.key for run in part])) for part in rest)
         if executor is None
-        else computed(parts, executor)
+        else computed(rest, executor)
     )
     for rows in finished:
-        store.add(*rows)
+        if store.add(*rows) < len(rows):
+            rest.elsewhere()
         progress.add([row.key for row in rows])
+    return rest.found
+
+
+class _Rest:
+    """The batches that are left of a campaign, without runs that another process has written into the store by then.
+
+    Attributes:
+        found: keys of those.
+    """
+
+    def __init__(self, parts: Iterable[list[Run]], store: RunStore, progress: _Progress, retry_failed: bool) -> None:
+        self.parts, self.at = list(parts), 0
+        self.store, self.progress, self.retry_failed = store, progress, retry_failed
+        self.found: set[str] = set()
+
+    def __iter__(self) -> Iterator[list[Run]]:
+        while self.parts:
+            if self.at >= len(self.parts):
+                self.at = 0
+            part = self.parts.pop(self.at)
+            there = _settled(self.store.statuses(run.key for run in part), self.retry_failed)
+            if there:
+                self.found |= there
+                self.progress.add(list(there))
+            left = [run for run in part if run.key not in there]
+            if left:
+                yield left
+
+    def elsewhere(self) -> None:
+        """Go on from the middle of what is left: another process is at work where this one was.
+
+        Two that began at the same moment would else take the same batches, one after the other, to the end.
+        """
+        self.at = len(self.parts) // 2
 
 
 class _Progress:
