@@ -44,7 +44,7 @@ def executor_of(workers: int | None, cluster: str | None) -> Iterator[Executor |
         with cluster_executor(cluster) as there:
             yield there
     elif workers is not None:
-        from taichidem.study.executors import SpawnedProcesses
+        from taichidem.study.worker_processes import SpawnedProcesses
 
         if workers < 1:
             raise InputError(f"--workers is {workers}; give a whole number from 1, or leave it out.")

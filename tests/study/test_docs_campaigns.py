@@ -8,8 +8,8 @@ from contextlib import nullcontext
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
-from taichidem.study import cluster, diagnosis_run
-from taichidem.study.executors import IN_FLIGHT, SpawnedProcesses
+from taichidem.study import SpawnedProcesses, cluster, diagnosis_run
+from taichidem.study.executors import IN_FLIGHT
 from tests.study.fakes import Quick
 
 PAGE = (Path(__file__).parents[2] / "docs" / "campaigns.md").read_text(encoding="utf-8")
