@@ -84,7 +84,7 @@ def in_use() -> Runtime:
 
 def _wanted(threads: int | None, arch: str | None, debug: bool | None) -> Runtime:
     return Runtime(
-        arch=arch or os.environ.get("TAICHIDEM_ARCH", "cpu"),
+        arch=arch or os.environ.get("TAICHIDEM_ARCH") or "cpu",  # an empty variable is none
         threads=threads or _number_from("TAICHIDEM_THREADS") or cores(),
         debug=bool(_number_from("TAICHIDEM_DEBUG")) if debug is None else debug,
     )
@@ -124,7 +124,7 @@ def _check_arch(arch: str) -> None:
 
 
 def _number_from(variable: str) -> int:
-    text = os.environ.get(variable, "0")
+    text = os.environ.get(variable) or "0"
     if not text.isdigit():
         raise InputError(f"The environment variable {variable} is {text!r}; give a whole number from 0, or unset it.")
     return int(text)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
+from taichidem import runtime
 from taichidem.runtime import compiling_by_llvm_alone
 from taichidem.stepper import Stepper
 
@@ -40,3 +41,12 @@ def test_only_the_search_between_superquadrics_is_left_to_llvm(kind, own):
     engine = SimpleNamespace(kind=kind, particles=None, access={"worlds": table}, advance_worlds=advance)
     Stepper(engine).run(1)
     assert seen == [own]
+
+
+def test_an_empty_variable_counts_as_unset(monkeypatch):
+    monkeypatch.setattr(runtime, "_running", None)  # as in a process that has not started Taichi
+    monkeypatch.setattr(runtime, "_thread", None)
+    monkeypatch.setattr(runtime, "_init", lambda wanted: None)
+    for name in ("ARCH", "THREADS", "DEBUG"):
+        monkeypatch.setenv(f"TAICHIDEM_{name}", "")
+    assert runtime.start() == runtime.Runtime("cpu", runtime.cores(), False)

@@ -22,6 +22,7 @@ from taichidem.errors import InputError
 from taichidem.whole_file import write_whole
 
 MOST_SEEDS = 100_000  # a larger count is a seed that lacks its comma
+LARGEST_SEED = 2**63 - 1  # that a run store holds; asking it would import the whole study, which a single test needn't
 
 
 def register(app: typer.Typer) -> None:
@@ -217,11 +218,12 @@ def parse_seeds(text: str) -> list[int]:
     if (
         len(numbers) < len(parts)
         or len(set(numbers)) != len(numbers)
+        or max(numbers) > LARGEST_SEED
         or (how_many and not 0 < numbers[0] <= MOST_SEEDS)
     ):
         raise InputError(
-            f"seeds is {text!r}; give how many, from 1 to {MOST_SEEDS}, or different whole numbers from 0, separated by "
-            "commas, such as 1,2,3."
+            f"seeds is {text!r}; give how many, from 1 to {MOST_SEEDS}, or different whole numbers from 0 to "
+            f"{LARGEST_SEED}, separated by commas, such as 1,2,3."
         )
     return list(range(1, numbers[0] + 1)) if how_many else numbers
 

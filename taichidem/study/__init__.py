@@ -14,7 +14,6 @@ from taichidem.study.diagnosis import Diagnosis
 from taichidem.study.diagnosis_run import diagnose
 from taichidem.study.discovery import Discovery, discover
 from taichidem.study.execution import Run
-from taichidem.study.executors import SpawnedProcesses
 from taichidem.study.init_study import init_study
 from taichidem.study.measurements import read_measurements
 from taichidem.study.parameter_key import ParameterKey, with_values
@@ -25,6 +24,7 @@ from taichidem.study.setting_key import SettingKey
 from taichidem.study.study_file import Study, read_study
 from taichidem.study.study_point import StudyPoint
 from taichidem.study.summary import summarise
+from taichidem.study.worker_processes import SpawnedProcesses
 
 __all__ = [
     "Addition",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 
 import pandas as pd
@@ -11,9 +11,9 @@ from taichidem import runtime
 from taichidem.errors import InputError
 from taichidem.experiments.base import Outcome
 from taichidem.scene import Model
-from taichidem.study.execution import Report, Run, batches, execute, stored_run
+from taichidem.study.execution import Report, Run, batches, execute, reason_of, stored_run
 from taichidem.study.executors import computed, threads_of
-from taichidem.study.run_store import RunStore
+from taichidem.study.run_store import LARGEST_SEED, RunStore
 from taichidem.study.study_file import Study
 
 # Worlds per thread in one batch. A killed campaign loses the batch that was under way, so it should be small; but the worlds
@@ -34,6 +34,8 @@ def run_all(
 ) -> pd.DataFrame:
     """Make every run that is not in the store, write each outcome at once, and return them all.
 
+    Several processes may do so at once with one store: each asks it before every batch what is still to be made.
+
     Args:
         runs: in any order; equal ones are made once.
         store: where outcomes are kept; what is there already is not run again.
@@ -44,40 +46,97 @@ def run_all(
             where left out. Rows are the same to the last bit, and only this process writes them.
 
     Returns:
-        One row per run, in the order given: the columns of `RunStore.table`, and `stored` (True where it was there before).
+        One row per run, in the order given: the columns of `RunStore.table`, and `stored` (True where this
+        call did not simulate it: it was there before, or another process wrote it meanwhile).
 
     Raises:
-        InputError: the store can't be written, or no run of the campaign can be set up.
+        InputError: the store can't be written or does not take a seed, or no run of a campaign that has not begun can be
+            set up.
         CompositionError, EnvironmentProblem: faults of all runs at once; any other failure is a row with its reason.
     """
-    wanted = list(runs)
+    wanted, report = list(runs), report or (lambda share: None)
+    _check_seeds(wanted)
     statuses = store.statuses(run.key for run in wanted)
-    skip = {key for key, status in statuses.items() if status == "done" or not retry_failed}
-    pending = list({run.key: run for run in wanted if run.key not in skip}.values())
-    _simulate(pending, store, report or (lambda share: None), worlds, executor)
+    there = _settled(statuses, retry_failed)
+    pending = list({run.key: run for run in wanted if run.key not in there}.values())
+    sound, weights = _set_up(pending, store, begun=bool(statuses))
+    if sound:
+        there |= _simulate(sound, store, _Progress(weights, report), retry_failed, worlds, executor)
+    report(1.0)
     table = store.named([run.key for run in wanted], [run.name for run in wanted])
-    table["stored"] = [run.key in skip for run in wanted]
+    table["stored"] = [run.key in there for run in wanted]
     return table
 
 
+def _check_seeds(runs: Iterable[Run]) -> None:
+    for run in runs:
+        if not 0 <= run.seed <= LARGEST_SEED:
+            raise InputError(
+                f"A seed of {run.name or run.experiment.name} is {run.seed}; give whole numbers from 0 to {LARGEST_SEED}, "
+                "the largest that a run store holds."
+            )
+
+
+def _settled(statuses: Mapping[str, str], retry_failed: bool) -> set[str]:
+    """Return the keys of runs that need not be made: they are done, or failed and shall not be tried again."""
+    return {key for key, status in statuses.items() if status == "done" or not retry_failed}
+
+
 def _simulate(
-    pending: Sequence[Run], store: RunStore, report: Report, worlds: int | None, executor: Executor | None
-) -> None:
-    if pending:
-        sound, weights = _set_up(pending, store)
-        progress = _Progress(weights, report)
-        if worlds is None:
-            worlds = WORLDS_PER_THREAD * (runtime.start().threads if executor is None else threads_of(executor))
-        parts = batches(sound, worlds)
-        if executor is None:
-            for part in parts:
-                store.add(*execute(part, progress.within([run.key for run in part])))
-                progress.add([run.key for run in part])
-        else:
-            for rows in computed(parts, executor):
-                store.add(*rows)
-                progress.add([row.key for row in rows])
-    report(1.0)
+    sound: Sequence[Run],
+    store: RunStore,
+    progress: _Progress,
+    retry_failed: bool,
+    worlds: int | None,
+    executor: Executor | None,
+) -> set[str]:
+    """Simulate runs, here or on workers, and write them; return the keys of those that another process made meanwhile."""
+    if worlds is None:
+        worlds = WORLDS_PER_THREAD * (runtime.start().threads if executor is None else threads_of(executor))
+    rest = _Rest(batches(sound, worlds), store, progress, retry_failed)
+    finished = (
+        (execute(part, progress.within([run.key for run in part])) for part in rest)
+        if executor is None
+        else computed(rest, executor)
+    )
+    for rows in finished:
+        if store.add(*rows) < len(rows):
+            rest.elsewhere()
+        progress.add([row.key for row in rows])
+    return rest.found
+
+
+class _Rest:
+    """The batches that are left of a campaign, without runs that another process has written into the store by then.
+
+    Attributes:
+        found: keys of those.
+    """
+
+    def __init__(self, parts: Iterable[list[Run]], store: RunStore, progress: _Progress, retry_failed: bool) -> None:
+        self.parts, self.at = list(parts), 0
+        self.store, self.progress, self.retry_failed = store, progress, retry_failed
+        self.found: set[str] = set()
+
+    def __iter__(self) -> Iterator[list[Run]]:
+        while self.parts:
+            if self.at >= len(self.parts):
+                self.at = 0
+            part = self.parts.pop(self.at)
+            there = _settled(self.store.statuses(run.key for run in part), self.retry_failed)
+            if there:
+                self.found |= there
+                self.progress.add(list(there))
+            left = [run for run in part if run.key not in there]
+            if left:
+                yield left
+
+    def elsewhere(self) -> None:
+        """Go on from the middle of what is left: another process is at work where this one was.
+
+        Two that began at the same moment would else take the same batches, one after the other, to the end.
+        """
+        self.at = len(self.parts) // 2
 
 
 class _Progress:
@@ -85,7 +144,7 @@ class _Progress:
 
     def __init__(self, weights: Mapping[str, float], report: Report) -> None:
         self.weights, self.report = weights, report
-        self.done, self.total = 0.0, sum(weights.values())
+        self.done, self.total = 0.0, sum(weights.values()) or 1.0  # an experiment of one's own may have no grains
 
     def within(self, keys: Sequence[str]) -> Report:
         """Return a report for a batch under way."""
@@ -98,10 +157,18 @@ class _Progress:
         self.report(self.done / self.total)
 
 
-def _set_up(pending: Sequence[Run], store: RunStore) -> tuple[list[Run], dict[str, float]]:
+def _set_up(pending: Sequence[Run], store: RunStore, begun: bool) -> tuple[list[Run], dict[str, float]]:
     """Return the runs whose scenes can be built, and for progress how many grains each has; write the others as failed.
 
-    A scene that can't be built would take its whole batch with it.
+    A scene that can't be built would have its whole batch made again, run by run.
+
+    Args:
+        pending: what is to be simulated.
+        store: where the others are written.
+        begun: whether the store holds a run of this campaign.
+
+    Raises:
+        InputError: no scene of a campaign that has not begun can be built.
     """
     weights: dict[str, float] = {}
     refused: list[tuple[Run, str]] = []
@@ -115,9 +182,10 @@ def _set_up(pending: Sequence[Run], store: RunStore) -> tuple[list[Run], dict[st
             refused.append((run, found))
         else:
             weights[run.key] = found
-    if not weights:
+    if refused and not weights and not begun:
         raise InputError(f"No run can be set up. {refused[0][1]}")
-    store.add(*(stored_run(run, Outcome({}, run.seed, reason), 0.0) for run, reason in refused))
+    if refused:
+        store.add(*(stored_run(run, Outcome({}, run.seed, reason), 0.0) for run, reason in refused))
     return [run for run in pending if run.key in weights], weights
 
 
@@ -125,8 +193,8 @@ def _room(run: Run) -> float | str:
     """Return how many grains a run has, or why its scene can't be built."""
     try:
         return float(run.experiment.scene(run.model).room)
-    except InputError as error:
-        return str(error)
+    except Exception as error:
+        return reason_of(error)
 
 
 def study_runs(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from typing import Any
@@ -18,13 +18,16 @@ _ADDRESS = re.compile(r"(tcp|tls|ws|wss)://[^/\s:]+:\d+|(tcp|tls|ws|wss)://\[[0-
 
 
 @contextmanager
-def cluster_executor(address: str, patience: float = PATIENCE) -> Iterator[Executor]:
+def cluster_executor(
+    address: str, patience: float = PATIENCE, tell: Callable[[str], Any] = lambda sentence: None
+) -> Iterator[Executor]:
     """Give the executor of a Dask cluster.
 
     Args:
         address: of its scheduler, such as "tcp://node1:8786"; "local" makes a cluster on this machine, a worker per processor,
             which ends with the block.
         patience: how long to wait for an answer [s].
+        tell: called with a sentence if the scheduler has no worker yet, for which runs will wait however long it takes.
 
     Raises:
         InputError: no address.
@@ -53,6 +56,8 @@ def cluster_executor(address: str, patience: float = PATIENCE) -> Iterator[Execu
             f"`dask worker {address}`, or look for a wrong name, port or a firewall between."
         ) from error
     with client:
+        if not client.nthreads():
+            tell(f"No worker has come to {address} yet; waiting. Start workers with: dask worker {address}")
         yield client.get_executor()
 
 

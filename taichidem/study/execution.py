@@ -96,16 +96,29 @@ def second_seed(seed: int) -> int:
 
 
 def _outcomes(batch: Sequence[Run], seeds: Sequence[int], report: Report | None) -> list[Outcome]:
-    """Return what the runs gave with these seeds; an error of the whole batch is everybody's failure."""
+    """Return what the runs gave with these seeds; if one breaks the batch each is made alone, so that it costs only itself.
+
+    What a run gives must not depend on which others share its batch, nor a row's reason.
+    """
     try:
         return _simulated(batch, seeds, report)
-    except (CompositionError, EnvironmentProblem):
-        raise
     except Exception as error:
-        if type(error).__module__.startswith("taichi."):
-            raise  # a law that can't be compiled is a fault of the program, not of these runs
-        reason = str(error) if isinstance(error, TaichidemError) else f"{type(error).__name__}: {error}"
-        return [Outcome({}, seed, reason) for seed in seeds]
+        reason = reason_of(error)
+    if len(batch) == 1:
+        return [Outcome({}, seeds[0], reason)]
+    return [outcome for run, seed in zip(batch, seeds, strict=True) for outcome in _outcomes([run], [seed], None)]
+
+
+def reason_of(error: Exception) -> str:
+    """Return why a run failed, as its row tells it.
+
+    Raises:
+        CompositionError, EnvironmentProblem, errors of Taichi: the error itself, if it is a fault of all runs.
+    """
+    # A law that can't be compiled is a fault of the program, not of these runs.
+    if isinstance(error, (CompositionError, EnvironmentProblem)) or type(error).__module__.startswith("taichi."):
+        raise error
+    return str(error) if isinstance(error, TaichidemError) else f"{type(error).__name__}: {error}"
 
 
 def _simulated(batch: Sequence[Run], seeds: Sequence[int], report: Report | None) -> list[Outcome]:

@@ -5,28 +5,21 @@ Workers compute and write nothing; whoever asks for the rows keeps them.
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import pickle
-import signal
 import sys
-import threading
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
     CancelledError,
     Executor,
     Future,
-    ProcessPoolExecutor,
     ThreadPoolExecutor,
     wait,
 )
-from contextlib import contextmanager
 from itertools import islice
-from multiprocessing import resource_tracker
-from multiprocessing.connection import wait as wait_for_end
 from typing import Any
 
 from taichidem import runtime
@@ -38,94 +31,42 @@ from taichidem.study.run_store import StoredRun
 
 IN_FLIGHT = 512  # batches that are with an executor at once, unless it says another number itself
 KEPT = "What was finished is in the store; the same command goes on."
+SAME = "Install the same packages there as here."
 
 # Taichi is for the thread that started it, and workers of Dask give each call to any of several.
 _lane = ThreadPoolExecutor(1, "taichidem")
 
 
-class SpawnedProcesses(Executor):
-    """Processes on this machine, each with a Taichi runtime of its own; those that die are replaced.
+class _Call:
+    """A call that is made where it is unpickled.
 
-    Args:
-        workers: how many; one per processor that this process may use, where left out.
-        threads: of Taichi in each; processors over workers, at least one, where left out.
-
-    Raises:
-        InputError: a number below one.
+    It travels as bytes, which also a worker without this package can take, and then says what it lacks. Dask's would end
+    and leave the campaign waiting for ever.
     """
 
-    def __init__(self, workers: int | None = None, threads: int | None = None) -> None:
-        self.workers = runtime.cores() if workers is None else workers
-        self.threads = max(1, runtime.cores() // max(1, self.workers)) if threads is None else threads
-        for name, number in (("workers", self.workers), ("threads", self.threads)):
-            if not isinstance(number, int) or number < 1:
-                raise InputError(f"{name} is {number!r}; give a whole number from 1, or leave it out.")
-        self.in_flight = 2 * self.workers  # few, since one death fails all that is with the pool
-        self._pool: ProcessPoolExecutor | None = None
+    def __init__(self, function: Callable, *arguments: Any) -> None:
+        self.function, self.arguments = function, arguments
 
-    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future:
-        """Send a call to a worker, if need be to a new pool in the place of a broken one."""
-        with _interrupts_held_back():
-            try:
-                return self._started().submit(fn, *args, **kwargs)
-            except BrokenExecutor:
-                self.kill()
-                return self._started().submit(fn, *args, **kwargs)
-
-    def _started(self) -> ProcessPoolExecutor:
-        if self._pool is None:
-            resource_tracker.ensure_running()  # else the first start of a process would do it, and let interrupts through
-            # A process that has started Taichi must not be forked.
-            spawn = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(self.workers, spawn, _begin, (self.threads,))
-        return self._pool
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the workers once they have done what was sent to them."""
-        if self._pool is not None:
-            self._pool.shutdown(wait, cancel_futures=cancel_futures)
-            self._pool = None
-
-    def kill(self) -> None:
-        """End the workers now; what is under way is lost."""
-        if self._pool is not None:
-            processes = list((self._pool._processes or {}).values())  # type: ignore[attr-defined]  # no public way before 3.14
-            for process in processes:
-                process.kill()
-            self.shutdown(wait=True, cancel_futures=True)
-
-    def __exit__(self, kind: Any, *_: Any) -> None:
-        if kind is None:
-            self.shutdown()
-        else:
-            self.kill()  # Ctrl-C shall not wait for minutes
+    def __reduce__(self) -> tuple[Callable, tuple]:
+        return self.function, self.arguments
 
 
-@contextmanager
-def _interrupts_held_back() -> Iterator[None]:
-    """Keep Ctrl-C from processes that are started meanwhile, for good, and from this one until the end of the block."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+def _submitted(executor: Executor, call: _Call) -> Future:
+    """Submit a call.
+
+    Raises:
+        EnvironmentProblem: the executor takes no more.
+    """
     try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _begin(threads: int) -> None:
-    """Prepare a worker: its number of threads; Ctrl-C is for the coordinator; no worker outlives that one."""
-    os.environ["TAICHIDEM_THREADS"] = str(threads)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait_for_end([parent.sentinel])
-        os._exit(1)  # the coordinator was killed, and nobody would ever fetch what this worker computes
+        return executor.submit(pickle.loads, pickle.dumps(call))
+    except BrokenExecutor as error:
+        raise EnvironmentProblem(
+            f"A worker ended and this executor can't start another: {error} {KEPT} SpawnedProcesses replaces workers."
+        ) from error
+    except (RuntimeError, _closed_client()) as error:
+        raise EnvironmentProblem(
+            f"The executor takes no runs: {error}. It was shut down or its client closed; give one that is open. {KEPT}"
+        ) from error
 
 
 def threads_of(executor: Executor) -> int:
@@ -133,12 +74,17 @@ def threads_of(executor: Executor) -> int:
 
     Raises:
         InputError: no executor.
-        EnvironmentProblem: no worker starts.
+        EnvironmentProblem: no worker starts, it lacks packages, or the executor was shut down.
     """
     _check(executor)
+    future = _submitted(executor, _Call(_threads_here))
     try:
-        return executor.submit(_threads_here).result()
-    except (BrokenExecutor, CancelledError) as error:
+        return future.result()
+    except (ImportError, AttributeError) as error:
+        raise EnvironmentProblem(f"A worker can't be used: {error}. {SAME}") from error
+    except Exception as error:
+        if not isinstance(error, CancelledError) and not _worker_died(error):
+            raise
         raise EnvironmentProblem(f"A worker ended before it was given anything: {error} {KEPT}") from error
 
 
@@ -151,13 +97,18 @@ def _check(executor: Any) -> None:
 
 
 def _threads_here() -> int:
+    _take_threads_of_dask()
+    return _lane.submit(runtime.start).result().threads
+
+
+def _take_threads_of_dask() -> None:
+    """Let Taichi, which may start with the next run, have as many threads as Dask gives this worker, unless told otherwise."""
     distributed = sys.modules.get("distributed")
-    if distributed is not None and "TAICHIDEM_THREADS" not in os.environ:
+    if distributed is not None and not os.environ.get("TAICHIDEM_THREADS"):
         try:
             os.environ["TAICHIDEM_THREADS"] = str(distributed.get_worker().state.nthreads)
         except ValueError:
             pass  # not in a worker of Dask
-    return _lane.submit(runtime.start).result().threads
 
 
 def computed(parts: Iterable[list[Run]], executor: Executor) -> Iterator[list[StoredRun]]:
@@ -209,12 +160,7 @@ def _sent(part: list[Run], executor: Executor) -> Future:
             f"A run of {part[0].experiment.name} can't be sent to a worker: {error}. Define its experiment, effects and shape "
             "at the top of a module that can be imported, or run without an executor."
         ) from error
-    try:
-        return executor.submit(_rows_of, packed, uuid.uuid4().hex)
-    except BrokenExecutor as error:
-        raise EnvironmentProblem(
-            f"A worker ended and this executor can't start another: {error} {KEPT} SpawnedProcesses replaces workers."
-        ) from error
+    return _submitted(executor, _Call(_rows_of, packed, uuid.uuid4().hex))
 
 
 def _rows_of(packed: bytes, _once: str) -> list[StoredRun]:
@@ -222,9 +168,8 @@ def _rows_of(packed: bytes, _once: str) -> list[StoredRun]:
     try:
         part = pickle.loads(packed)
     except (ImportError, AttributeError) as error:
-        raise EnvironmentProblem(
-            f"A worker can't read a run: {error}. Install the same packages there as here."
-        ) from error
+        raise EnvironmentProblem(f"A worker can't read a run: {error}. {SAME}") from error
+    _take_threads_of_dask()  # here too: only one worker was asked for them
     return _lane.submit(execute, part).result()
 
 
@@ -236,6 +181,8 @@ def _rows(future: Future) -> list[StoredRun] | None:
         raise EnvironmentProblem(
             f"The executor dropped a batch: it was shut down, or its scheduler is gone. {KEPT}"
         ) from None
+    except ImportError as error:
+        raise EnvironmentProblem(f"A worker can't be used: {error}. {SAME} {KEPT}") from error
     except Exception as error:
         if _worker_died(error):
             return None
@@ -254,6 +201,12 @@ def _worker_died(error: Exception) -> bool:
     return isinstance(error, BrokenExecutor) or (
         distributed is not None and isinstance(error, distributed.KilledWorker)
     )
+
+
+def _closed_client() -> type[Exception]:
+    """Return what a Dask client raises that was closed."""
+    client = getattr(sys.modules.get("distributed"), "client", None)
+    return getattr(client, "ClosedClientError", RuntimeError)  # has no name of its own in old versions
 
 
 def _fatal(run: Run, executor: Executor) -> StoredRun:

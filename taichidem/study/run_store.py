@@ -1,10 +1,11 @@
 """Keep every run in one SQLite file, a row per run, so that none is computed twice and none is lost.
 
 The file is kept in SQLite's rollback mode and not in WAL: a store is then really one file that can be copied, also after a
-crash, it needs no shared memory, and what was committed is on the disk, whatever happens next. A commit costs 1 to 20 ms,
-after how busy the disk is, a batch of runs seconds. Runs that end together are one transaction; writers of several processes
-wait for one another. SQLite does not trust the locks of network file systems: processes on several hosts must send their rows
-to one that writes.
+crash, it needs no shared memory, and what was committed is on the disk, whatever happens next. That holds with
+`synchronous = EXTRA` only: a commit deletes the journal from the folder, and one that came back after a power cut, since the
+folder was not yet on the disk, would undo it. A commit costs 1 to 20 ms, after how busy the disk is, a batch of runs seconds.
+Runs that end together are one transaction; writers of several processes wait for one another. SQLite does not trust the locks
+of network file systems: processes on several hosts must send their rows to one that writes.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ SCHEMA = 2  # 2: the column attempts
 APPLICATION = 0x7444454D  # "tDEM", by which our files are told from other SQLite files
 PATIENCE = 60.0  # [s] that a writer waits for others
 AT_ONCE = 500  # keys per query; SQLite allows 999 placeholders everywhere
+LARGEST_SEED = 2**63 - 1  # SQLite's whole numbers end there
 
 _TABLE = """
 CREATE TABLE IF NOT EXISTS runs (
@@ -125,6 +127,8 @@ class RunStore:
             raise
 
     def _open(self) -> None:
+        with self._errors():
+            self._connection.execute("PRAGMA synchronous = EXTRA")  # refused within a transaction
         with self._errors(), self._transaction():
             tables = self._connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
             application, version = (
@@ -157,10 +161,11 @@ class RunStore:
         self._connection.execute("BEGIN IMMEDIATE")
         try:
             yield
+            self._connection.execute("COMMIT")
         except BaseException:
-            self._connection.execute("ROLLBACK")
+            if self._connection.in_transaction:  # SQLite has ended it already where the disk was full
+                self._connection.execute("ROLLBACK")
             raise
-        self._connection.execute("COMMIT")
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -183,13 +188,19 @@ class RunStore:
         with self._errors():
             return int(self._connection.execute("SELECT COUNT(*) FROM runs").fetchone()[0])
 
-    def add(self, *runs: StoredRun) -> None:
-        """Write runs, all of them at once or none; a finished run that is there already stays as it is."""
+    def add(self, *runs: StoredRun) -> int:
+        """Write runs, all of them at once or none; a finished run that is there already stays as it is.
+
+        Returns:
+            How many rows were written: fewer than were given where another process had finished some before.
+        """
         rows = [
             [json.dumps(v) if n in _JSON else v for n, v in ((n, getattr(run, n)) for n in _COLUMNS)] for run in runs
         ]
+        before = self._connection.total_changes
         with self._errors(), self._transaction():
             self._connection.executemany(_INSERT, rows)
+        return self._connection.total_changes - before
 
     def runs(self, keys: Iterable[str] | None = None) -> list[StoredRun]:
         """Return the runs with these keys that are there, or all, in the order in which they were written."""
@@ -270,4 +281,6 @@ def _advice(error: sqlite3.DatabaseError) -> str:
         return "Give another file name; a new store will be made."
     if "locked" in text:
         return f"Another process has held it for {PATIENCE:g} s. Wait until that has ended, or give another file."
+    if "full" in text:
+        return "Make room on the disk; what was finished before is kept, and the same command goes on."
     return "Check that the folder exists and can be written, and that the disk has room; or give another file."

@@ -27,7 +27,7 @@ def elsewhere(monkeypatch):
     asked = []
 
     @contextmanager
-    def instead(address):
+    def instead(address, tell=None):
         asked.append(address)
         with ThreadPoolExecutor(1) as thread:
             yield thread

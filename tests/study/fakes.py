@@ -32,6 +32,8 @@ class QuickSettings(Settings):
     stopping_seed: int = quantity("1", "Seed whose world stops.", -1)
     stopping_always: bool = quantity("1", "Whether the world of another stream stops too.", False)
     lethal_seed: int = quantity("1", "Seed that ends the process that simulates it.", -1)
+    lethal_mark: str = quantity("1", "File that shows it did so already: then it runs as the others.", "")
+    dividing_seed: int = quantity("1", "Seed whose measurement divides by zero.", -1)
     broken: str = quantity("1", "An error that breaks every batch.", "")
     grain_material: str = quantity("1", "Material of the grains.", "")
     wall_material: str = quantity("1", "Material of the walls.", "")
@@ -90,22 +92,32 @@ class Quick(Experiment):
         return outcomes
 
     def _one(self, model, seed):
-        if seed == self.settings.lethal_seed:
+        if seed == self.settings.dividing_seed:
+            raise ZeroDivisionError(f"divided by {seed}")
+        if seed == self.settings.lethal_seed and _first(self.settings.lethal_mark):
             os.kill(os.getpid(), signal.SIGKILL)
         if seed == self.settings.stopping_seed or (self.settings.stopping_always and seed > 2**32):
             return Outcome({}, seed, f"It diverged ({seed})", stopped=True)
         if seed == self.settings.failing_seed:
             return Outcome({}, seed, f"seed {seed} diverged")
         friction = next(e for e in model.effects if e.name == "tangential_mindlin").value(
-            "static_friction", _first(model)
+            "static_friction", next(iter(model.pairs()))
         )
         angle = float("nan") if seed == self.settings.nan_seed else 30 * friction + seed / 7
         flow = 1e3 * self.settings.width
         return Outcome({"angle": angle, "flow": flow}, seed, details={"grains": 5, "picture": object()})
 
 
-def _first(model):
-    return next(iter(model.pairs()))
+def _first(mark):
+    """Return whether no process has come here before, as a file tells with the number of the one that has."""
+    if not mark:
+        return True
+    try:
+        with open(mark, "x") as file:
+            file.write(str(os.getpid()))
+    except FileExistsError:
+        return False
+    return True
 
 
 class OtherNormal(NormalHertz):

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from taichidem.cli.simulate import parse_seeds
+from taichidem.cli.simulate import LARGEST_SEED, parse_seeds
 from taichidem.errors import InputError
+from taichidem.study import run_store
 from tests.study.fakes import MEASUREMENTS, Quick
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "study"
@@ -190,10 +191,14 @@ def test_seeds(text, seeds):
     assert parse_seeds(text) == seeds
 
 
-@pytest.mark.parametrize("text", ["", ",", "0", "-1", "1,1", "a", "1,,2", "2.5", "1000000"])
+@pytest.mark.parametrize("text", ["", ",", "0", "-1", "1,1", "a", "1,,2", "2.5", "1000000", f"1,{2**63}"])
 def test_bad_seeds(text):
     with pytest.raises(InputError, match="give how many"):
         parse_seeds(text)
+
+
+def test_the_largest_seed_is_that_of_the_store():
+    assert parse_seeds(f"1,{LARGEST_SEED}") == [1, run_store.LARGEST_SEED]
 
 
 def test_the_example_runs(command, tmp_path):

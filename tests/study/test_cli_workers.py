@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 
 import pytest
 
 import taichidem.study
+from taichidem import runtime
 from taichidem.cli import workers
 from taichidem.errors import InputError
+from taichidem.study import campaign, cluster
 from tests.study.fakes import Quick
 
 COMMANDS = {
@@ -73,6 +76,37 @@ def test_a_single_experiment_has_no_campaign(command):
     code, _, err = command("simulate", "quick", "--workers", "2", "--cluster", "local")
     assert code == 2
     assert "--workers, --cluster can't be used with a single experiment; they belong to a study" in err
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_arch_can_t_be_told_to_workers_of_others(command, study, elsewhere, monkeypatch, name):
+    monkeypatch.setenv("TAICHIDEM_ARCH", "")  # which --arch changes
+    here = runtime.start().arch
+    code, out, err = command("--arch", here, name, study.path, *COMMANDS[name], "--cluster", "tcp://node1:8786")
+    assert (code, out, elsewhere) == (2, "", [])
+    assert f"--arch {here} can't be told to the workers of tcp://node1:8786. Leave it out here, and set" in err
+    assert f"TAICHIDEM_ARCH={here} where they start" in err
+
+
+def test_workers_that_are_made_here_get_arch(command, study, elsewhere, monkeypatch):
+    monkeypatch.setenv("TAICHIDEM_ARCH", "")
+    assert command("--arch", runtime.start().arch, "simulate", study.path, "--cluster", "local")[0] == 0
+    assert elsewhere == ["local"]
+
+
+def test_what_a_cluster_waits_for_is_told_beside_the_result(command, study, monkeypatch):
+    @contextmanager
+    def waiting(address, tell):
+        tell("No worker has come")
+        with ThreadPoolExecutor(1) as thread:
+            yield thread
+
+    monkeypatch.setattr(cluster, "cluster_executor", waiting)
+    monkeypatch.setattr(campaign, "threads_of", lambda executor: 1)
+    code, out, err = command("simulate", study.path, "--cluster", "tcp://node1:8786", "--json")
+    assert code == 0
+    assert json.loads(out)
+    assert err.count("No worker has come") == 1
 
 
 def test_runs_that_were_repeated_are_told(command, write):

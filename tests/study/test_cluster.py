@@ -6,18 +6,18 @@ import logging
 import os
 import signal
 import sys
-import threading
 
 import pytest
 
+from taichidem import runtime
 from taichidem.errors import EnvironmentProblem, InputError
-from taichidem.study import Run, RunStore, run_all
+from taichidem.study import Run, RunStore, executors, run_all
 from taichidem.study.cluster import cluster_executor
 from taichidem.study.executors import threads_of
 from tests.study.campaign_script import runs as script_runs
 from tests.study.campaign_script import small_pour
 from tests.study.fakes import LOG
-from tests.study.test_executors import here, made, rows_of, wait_until
+from tests.study.test_executors import here, made, rows_of
 
 pytest.importorskip("distributed", reason="needs the extra 'cluster'")
 
@@ -63,26 +63,16 @@ def test_a_real_heap_gives_the_same_bits_on_a_cluster(store, tmp_path, executor)
     assert rows_of(store) == here(runs, tmp_path)
 
 
-def test_one_of_two_workers_is_killed_and_every_row_is_right(store, tmp_path, executor, cluster, log):
-    from distributed import Client
-
+def test_one_of_two_workers_is_killed_and_every_row_is_right(store, tmp_path, executor, log):
     log.unlink(missing_ok=True)
-    runs = made(range(60), pause=0.03, stopping_seed=7)
-    with Client(cluster) as client:
-        victim = next(iter(client.run(os.getpid).values()))
-
-    def kill():
-        wait_until(lambda: log.exists() and len(log.read_text().splitlines()) >= 10)
-        os.kill(victim, signal.SIGKILL)
-
-    killer = threading.Thread(target=kill)
-    killer.start()
+    mark = tmp_path / "mark"
+    runs = made(range(60), pause=0.01, stopping_seed=7, lethal_seed=20, lethal_mark=str(mark))
     table = run_all(runs, store, executor=executor)
-    killer.join()
     with pytest.raises(ProcessLookupError):
-        os.kill(victim, 0)
+        os.kill(int(mark.read_text()), 0)
     assert list(table["status"]) == ["done"] * 60
     assert table["attempts"].tolist() == [1] * 7 + [2] + [1] * 52
+    assert log.read_text().splitlines().count("0.04 20") == 2  # in the batch that was lost, and once more
     assert rows_of(store) == here(runs, tmp_path)
 
 
@@ -98,6 +88,57 @@ def test_a_worker_s_threads_are_those_that_dask_gives_it(monkeypatch):
     monkeypatch.delenv("TAICHIDEM_THREADS", raising=False)
     with Client(n_workers=1, threads_per_worker=2, dashboard_address="127.0.0.1:0") as client:
         assert threads_of(client.get_executor()) == 2
+
+
+def test_every_worker_keeps_to_the_threads_that_dask_gives_it(monkeypatch, store):
+    """Not only the one that is asked how many it has: two of one thread each would else start four on two processors."""
+    from distributed import Client
+
+    monkeypatch.delenv("TAICHIDEM_THREADS", raising=False)
+    with Client(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as client:
+        table = run_all(made(range(24), pause=0.05), store, worlds=1, executor=client.get_executor())
+        threads = client.run(threads_there)
+    assert set(table["status"]) == {"done"}
+    assert list(threads.values()) == [1, 1]
+
+
+def threads_there():
+    return executors._lane.submit(runtime.start).result().threads
+
+
+def test_a_client_that_was_closed(cluster, store):
+    with cluster_executor(cluster.scheduler_address) as closed:
+        pass
+    with pytest.raises(EnvironmentProblem, match=r"The executor takes no runs: .*give one that is open"):
+        run_all(made(range(3)), store, worlds=1, executor=closed)
+
+
+def test_workers_that_die_before_they_are_given_anything(executor, monkeypatch):
+    monkeypatch.setattr(executors, "_threads_here", end)
+    with pytest.raises(EnvironmentProblem, match="A worker ended before it was given anything"):
+        threads_of(executor)
+
+
+def end():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_waiting_for_workers_is_told_once(cluster):
+    from distributed import LocalCluster
+
+    told = []
+    with cluster_executor(cluster.scheduler_address, tell=told.append):
+        pass
+    assert told == []
+    with (
+        LocalCluster(
+            n_workers=0, processes=True, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL
+        ) as empty,
+        cluster_executor(empty.scheduler_address, tell=told.append),
+    ):
+        pass
+    address = empty.scheduler_address
+    assert told == [f"No worker has come to {address} yet; waiting. Start workers with: dask worker {address}"]
 
 
 @pytest.mark.parametrize("address", ["", "node1:8786", "tcp://node1", "tcp://:8786", "http://node1:8786", "Local"])

@@ -8,8 +8,11 @@ from contextlib import nullcontext
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
-from taichidem.study import cluster, diagnosis_run
-from taichidem.study.executors import IN_FLIGHT, SpawnedProcesses
+import typer
+
+from taichidem.cli import application
+from taichidem.study import SpawnedProcesses, campaign, cluster, diagnosis_run
+from taichidem.study.executors import IN_FLIGHT
 from tests.study.fakes import Quick
 
 PAGE = (Path(__file__).parents[2] / "docs" / "campaigns.md").read_text(encoding="utf-8")
@@ -58,7 +61,17 @@ def test_the_script_for_slurm_runs(monkeypatch, capsys, elsewhere):
     assert "executor" in diagnosis_run.diagnose.__annotations__
 
 
+def test_every_command_that_takes_workers_is_named():
+    commands = typer.main.get_command(application.app).commands
+    taking = {name for name, command in commands.items() if any(p.name == "cluster" for p in command.params)}
+    assert set(re.findall(r"`([a-z-]+)`", PAGE.split("\n\n")[1])) == taking
+
+
 def test_numbers_and_names_are_those_of_the_code():
     assert f"({IN_FLIGHT} on a cluster)" in PAGE
+    assert f"more than {IN_FLIGHT} batches" in PAGE
+    studies = " ".join((Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8").split())
+    assert f"`--workers` up to two batches per process, with `--cluster` up to {IN_FLIGHT} batches" in studies
+    assert campaign.WORLDS_PER_THREAD == 2  # "two runs per processor"
     assert SpawnedProcesses(3).in_flight == 2 * 3
     assert f"--cluster {cluster.LOCAL}" in PAGE

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 import sqlite3
-import stat
 import subprocess
 import sys
-import tempfile
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -130,6 +126,12 @@ def test_only_known_statuses_are_written(store):
     assert len(store) == 1
 
 
+def test_adding_tells_how_many_rows_were_written(store):
+    assert store.add(a_run(), a_run("k2", **FAILED)) == 2
+    assert store.add(a_run(), a_run("k2"), a_run("k3")) == 2  # the first was finished before
+    assert store.add(a_run(), a_run("k2")) == store.add() == 0
+
+
 def test_it_is_one_file_in_rollback_mode(store):
     store.add(a_run())
     assert [path.name for path in store.path.parent.iterdir()] == ["runs.sqlite"]
@@ -224,46 +226,6 @@ def test_no_folder_and_a_folder_in_its_place(tmp_path):
         RunStore(tmp_path / "nowhere" / "runs.sqlite")
     with pytest.raises(InputError, match=r"is a folder; give a file, such as .*runs\.sqlite"):
         RunStore(tmp_path)
-
-
-@contextmanager
-def nobody():
-    """Be a user without rights for a while; a root may write everywhere."""
-    if os.geteuid() != 0:
-        yield
-        return
-    os.seteuid(65534)
-    try:
-        yield
-    finally:
-        os.seteuid(0)
-
-
-def test_a_folder_that_cannot_be_written():
-    with tempfile.TemporaryDirectory() as folder:
-        with RunStore(Path(folder) / "old.sqlite") as store:
-            store.add(a_run())
-        os.chmod(folder, stat.S_IRUSR | stat.S_IXUSR | stat.S_IROTH | stat.S_IXOTH)
-        os.chmod(Path(folder) / "old.sqlite", 0o444)
-        try:
-            for name in ("new.sqlite", "old.sqlite"):
-                with (
-                    nobody(),
-                    pytest.raises(InputError, match=f"{name}: .*Check that the folder exists and can be written"),
-                ):
-                    RunStore(Path(folder) / name)
-        finally:
-            os.chmod(folder, 0o700)
-
-
-def test_a_store_that_another_process_holds(store, monkeypatch):
-    other = sqlite3.connect(store.path, isolation_level=None)
-    other.execute("BEGIN EXCLUSIVE")
-    monkeypatch.setattr(module, "PATIENCE", 0.1)
-    with pytest.raises(InputError, match=r"locked. Another process has held it for 0.1 s"):
-        RunStore(store.path)
-    other.execute("ROLLBACK")
-    other.close()
 
 
 WRITER = """
