@@ -14,7 +14,7 @@ class Effort:
         softened: whether Young's modulus is lowered to 10 MPa.
         screening: heaps per run of the Plackett–Burman design.
         surface: heaps per run of the composite design.
-        search: heaps of 6 mm per round of the search for the optimum.
+        search: heaps of 6 mm per round of the search for the optimum; twice as many in its last.
         confirmation: heaps of 6 mm at the optimum.
         fine: heaps of 3 mm there.
         held_out: seeds of the tests that the model was not fitted to.

@@ -59,7 +59,8 @@ def search_further(session: Session, screening: Screening, last: Optimum) -> lis
 
 def _poured(session: Session, levels: dict[str, float], predicted: float | None, how: str, step: int) -> Optimum:
     name, first = f"further_heaps_{step + 1}", FIRST_SEED + SEEDS_APART * step
-    heaps = pour_at(session, levels, name, first, session.effort.search, similar_heap())
+    count = session.effort.search * (2 if step == STEPS else 1)  # the last lies nearest to the setting sought
+    heaps = pour_at(session, levels, name, first, count, similar_heap())
     return Optimum(levels, predicted, how, heaps, raised=True)
 
 
