@@ -24,7 +24,7 @@ from taichidem.library import PAPER_HEAP
 from taichidem.output_vtk import write_grains, write_walls
 from taichidem.render import heap_picture
 from taichidem.scene import Model
-from taichidem.whole_file import write_whole
+from taichidem.whole_file import whole_file, write_whole
 
 # [deg], angle of repose of polypropylene as Sudsawat et al. (2023) print it, "30.18° ± 0.51°". They don't say what ± means;
 # it is taken as the standard uncertainty. If it were the scatter of single heaps, u_D would be smaller by √n.
@@ -200,7 +200,9 @@ def _write(
     names = ("heap.png", "profile.png", "angle.png", "walls.vtp", "result.json")
     files = {Path(name).stem: folder / name for name in names}
     heap_picture(heap_of(experiment, outcome), walls=walls, path=files["heap"])
-    plot_profile(outcome.details["profile"], files["profile"], measured, f"Heap of seed {outcome.seed}, from positions")
-    picture.save_annotated(files["angle"])
+    title = f"Heap of seed {outcome.seed}, from positions"
+    with whole_file(files["profile"]) as profile, whole_file(files["angle"]) as angle:
+        plot_profile(outcome.details["profile"], profile, measured, title)
+        picture.save_annotated(angle)
     write_walls(files["walls"], walls)
     return files

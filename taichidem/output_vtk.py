@@ -30,7 +30,7 @@ from taichidem.render_grains import grain_mesh
 from taichidem.render_walls import Wall, wall_surfaces
 from taichidem.shapes.forms import Forms
 from taichidem.snapshot import Snapshot
-from taichidem.whole_file import whole_file
+from taichidem.whole_file import whole_file, write_whole
 
 # Name in the file, width of one entry (0 a number), kind.
 FIELDS: dict[str, tuple[int, Any]] = {
@@ -204,10 +204,8 @@ class GrainSeries:
             "</VTKFile>",
             "",
         ]
-        fresh = self.index.with_suffix(".pvd.part")
         try:
-            fresh.write_text("\n".join(lines), encoding="utf-8")
-            fresh.replace(self.index)
+            write_whole(self.index, "\n".join(lines))
         except OSError as problem:
             raise _unwritable(self.index, problem) from problem
 

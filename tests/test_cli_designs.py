@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 
 import numpy as np
 import pandas as pd
@@ -163,6 +164,19 @@ def test_clear_errors_of_design(cli, tmp_path):
     refused(cli("design", "sobol", "-f", "factors.toml", "-o", "no/such/folder/runs.csv"), "can't be written")
     (tmp_path / "twice.toml").write_text("[factors.A]\nlow=0\nhigh=1\n[factors.a]\nlow=0\nhigh=1\n")
     refused(cli("design", "sobol", "-f", "twice.toml"), "given twice")
+
+
+def test_a_table_of_runs_is_whole_or_as_it_was(cli, tmp_path, monkeypatch):
+    def full(number):
+        raise OSError(28, "No space left on device")
+
+    words = ("design", "box_behnken", "-f", "factors.toml", "-o", "runs.csv")
+    assert cli(*words).exit_code == 0
+    before = (tmp_path / "runs.csv").read_bytes()
+    monkeypatch.setattr(os, "fsync", full)
+    refused(cli(*words, "--seed", 5), "runs.csv can't be written: No space left on device")
+    assert (tmp_path / "runs.csv").read_bytes() == before
+    assert {path.name for path in tmp_path.iterdir()} == {"factors.toml", "runs.csv"}
 
 
 def test_clear_errors_of_analyse(cli, tmp_path):

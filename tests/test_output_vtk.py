@@ -145,6 +145,21 @@ def test_a_series_names_its_moments(grains, tmp_path):
     ]
 
 
+def test_the_list_of_moments_is_whole_or_as_it_was(grains, tmp_path, monkeypatch):
+    series = GrainSeries(tmp_path, "pour")
+    before = series.index.read_text()
+
+    def full(number):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("taichidem.output_vtk.write_grains", lambda path, *_, **__: path)  # had room
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(InputError, match=r"pour\.pvd can't be written \(No space left"):
+        series.add(0.0, grains[0])
+    assert series.index.read_text() == before
+    assert list(tmp_path.iterdir()) == [series.index]
+
+
 def test_moments_must_increase(grains, tmp_path):
     series = GrainSeries(tmp_path)
     series.add(1.0, grains[0])

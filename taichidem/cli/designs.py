@@ -14,6 +14,7 @@ import typer
 
 from taichidem import plugins
 from taichidem.errors import InputError, unknown_name
+from taichidem.whole_file import whole_file
 
 _SET = "A setting, name=value; --describe lists them."
 
@@ -212,7 +213,8 @@ def _power(made: Any, effect: float | None, noise: float | None) -> str:
 
 def _write(table: pd.DataFrame, path: Path) -> None:
     try:
-        table.to_csv(path, index=False)
+        with whole_file(path) as fresh:
+            table.to_csv(fresh, index=False)
     except OSError as error:
         raise InputError(
             f"{path} can't be written: {error.strerror or error}. Give a file in an existing folder."

@@ -15,7 +15,7 @@ from taichidem.study.calibrate_section import Calibration
 from taichidem.study.parameter_key import ParameterKey
 from taichidem.study.setting_key import SettingKey, unit_of_setting
 from taichidem.study.study_file import Study, read_study
-from taichidem.study.study_writer import check_new, copy_measurements, effect_table, forget, save_study
+from taichidem.study.study_writer import check_new, effect_table, forget, save_study
 
 DIGITS = 12  # of the numbers written
 PARTS = ("low", "high", "value", "u")
@@ -48,8 +48,7 @@ def write_coarse_grained(study: Study, factor: float, folder: str | Path) -> Stu
     _parameters(document, study, graining)
     for entry in study.calibrate:
         _range(document, entry, factor ** _power(study, entry))
-    save_study(target, tomlkit.dumps(document))
-    copy_measurements(study, target)
+    save_study(study, target, tomlkit.dumps(document))
     return read_study(target)
 
 

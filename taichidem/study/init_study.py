@@ -13,6 +13,7 @@ from taichidem.study import measurements
 from taichidem.study.init_text import measurements_text, study_text
 from taichidem.study.study_file import FILE, Study, read_study
 from taichidem.units import to_si
+from taichidem.whole_file import write_whole
 
 
 def init_study(
@@ -43,12 +44,13 @@ def init_study(
     if size <= 0:
         raise InputError(f"diameter is {diameter!r}; it must be above 0.")
     text = study_text(kinds, starting_material(material), starting_material(wall), size)
-    _refuse_to_overwrite(folder)
     table = measurements_text(_checked(text).at({}).experiments)
+    _refuse_to_overwrite(folder, table)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / FILE).write_text(text, encoding="utf-8")
-        (folder / measurements.FILE).write_text(table, encoding="utf-8")
+        # The study last: where it stands, the folder is complete.
+        write_whole(folder / measurements.FILE, table)
+        write_whole(folder / FILE, text)
     except OSError as error:
         raise InputError(
             f"The study can't be written to {folder} ({error.strerror}). Choose another folder."
@@ -56,12 +58,18 @@ def init_study(
     return read_study(folder)
 
 
-def _refuse_to_overwrite(folder: Path) -> None:
+def _refuse_to_overwrite(folder: Path, table: str) -> None:
+    """Raise InputError where a study or measurements stand; an empty `table` alone is what a killed call of before left."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give the name of a new folder.")
     for name in (FILE, measurements.FILE):
-        if (folder / name).exists():
+        own = name == measurements.FILE and _holds(folder / name, table)
+        if (folder / name).exists() and not own:
             raise InputError(f"{folder / name} exists and is left as it is. Choose another folder, or remove it first.")
+
+
+def _holds(path: Path, text: str) -> bool:
+    return path.is_file() and path.read_text(encoding="utf-8", errors="replace") == text
 
 
 def _checked(text: str) -> Study:

@@ -62,8 +62,7 @@ def write_study(
         _set(document, study, key, value)
     _put_in(document, study, added)
     _free(document, added, free)
-    save_study(target, tomlkit.dumps(document))
-    copy_measurements(study, target)
+    save_study(study, target, tomlkit.dumps(document))
     return read_study(target)
 
 
@@ -79,13 +78,17 @@ def check_new(folder: str | Path) -> Path:
     return target
 
 
-def save_study(target: Path, text: str) -> None:
-    """Write a study file into a folder that holds none."""
+def save_study(study: Study, target: Path, text: str) -> None:
+    """Write a study file, and before it the measurements of the study it comes from, into a folder that holds none.
+
+    Where the study file stands, the folder is complete; a call that was killed before may be given again.
+    """
     writable(check_new(target))
+    _copy_measurements(study, target)
     write_whole(target / FILE, text)
 
 
-def copy_measurements(study: Study, target: Path) -> None:
+def _copy_measurements(study: Study, target: Path) -> None:
     """Copy the measurements of a study, the photographs that they name, and the file of the grains' form."""
     form = tomlkit.parse(study.file.read_text(encoding="utf-8-sig")).get("particle", {}).get("file")
     if form is not None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -158,6 +160,33 @@ def test_nothing_is_overwritten(tmp_path, name):
         init_study(tmp_path, ["ledge"])
     assert [p.name for p in tmp_path.iterdir()] == [name]
     assert (tmp_path / name).read_text() == "mine"
+
+
+def test_what_was_killed_on_the_way_is_given_again(tmp_path, monkeypatch):
+    class Killed(BaseException):
+        pass
+
+    def killed(path, target, replace=Path.replace):
+        if target.name == "study.toml":
+            raise Killed
+        return replace(path, target)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "replace", killed)
+        with pytest.raises(Killed):
+            init_study(tmp_path, ["ledge"])
+    assert [p.name for p in tmp_path.iterdir()] == ["measurements.csv"]  # the study stands last
+    assert list(init_study(tmp_path, ["ledge"]).experiments) == ["ledge"]
+
+
+def test_each_file_is_whole_or_not_there(tmp_path, monkeypatch):
+    def full(number):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(InputError, match=r"can't be written to .*No space left"):
+        init_study(tmp_path, ["ledge"])
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_file_is_no_folder(tmp_path):

@@ -1,5 +1,7 @@
 """A study written with an effect more reads back as the model that was meant, comments and order kept."""
 
+import shutil
+
 import pytest
 
 from taichidem import plugins
@@ -100,3 +102,21 @@ def test_nothing_is_overwritten(study):
     (hypothesis,) = hypotheses(study, ["cohesion_jkr"]).tested
     with pytest.raises(InputError, match="nothing is overwritten"):
         write_study(study, study.path, VALUES, hypothesis.at(0.5, study.model()), [], "new")
+
+
+def test_what_was_killed_on_the_way_is_given_again(study, tmp_path, monkeypatch):
+    class Killed(BaseException):
+        pass
+
+    def killed(source, target):
+        target.write_text("half of it")
+        raise Killed
+
+    (hypothesis,) = hypotheses(study, ["cohesion_jkr"]).tested
+    given = (study, tmp_path / "new", VALUES, hypothesis.at(0.5, study.model()), [], "new")
+    with monkeypatch.context() as patched:
+        patched.setattr(shutil, "copyfile", killed)
+        with pytest.raises(Killed):
+            write_study(*given)
+    assert write_study(*given).title == "new"
+    assert (tmp_path / "new" / "measurements.csv").read_bytes() == (study.path / "measurements.csv").read_bytes()
