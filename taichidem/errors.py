@@ -26,6 +26,10 @@ class EnvironmentProblem(TaichidemError, RuntimeError):  # noqa: N818 - the mach
     """The machine lacks something; the message names the command that cures it."""
 
 
+class CheckpointWarning(UserWarning):
+    """A checkpoint could not be written; the run goes on without it."""
+
+
 def nearest(given: str, allowed: Iterable[str]) -> str | None:
     """Return the allowed name that was likely meant, or None."""
     near = difflib.get_close_matches(given, sorted(allowed), n=1, cutoff=0.4)

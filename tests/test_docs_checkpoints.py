@@ -21,10 +21,14 @@ def test_python_blocks_run(block, capsys, tmp_path, monkeypatch):
     assert capsys.readouterr().out.strip()
 
 
-def test_the_file_of_a_test_is_gone_at_the_end(capsys, tmp_path, monkeypatch):
+def test_the_file_of_a_test_stays_until_it_is_deleted(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    exec(compile(PYTHON[0], "checkpoints.md", "exec"), {})
-    assert capsys.readouterr().out.split()[-1] == "False"
+    before, deleted, after = PYTHON[0].partition("file.unlink()")
+    names = {}
+    exec(compile(before, "checkpoints.md", "exec"), names)
+    assert names["file"].exists()
+    exec(compile(deleted + after, "checkpoints.md", "exec"), names)
+    assert not names["file"].exists()
 
 
 def test_the_size_it_names(tmp_path, monkeypatch):

@@ -76,7 +76,31 @@ def read_checkpoint(path: Path, content: str, about: Mapping[str, Any]) -> Any:
     """
     if not path.is_file():
         raise InputError(f"There is no checkpoint {path}. Give a file that was written before.")
-    header, data = _read(path)
+    header = _check_header(path, content, about)
+    try:
+        return Packer(TYPES, _read(path, "data")).unpack(header["state"])
+    except (KeyError, TypeError, ValueError) as problem:
+        raise _damaged(path) from problem
+
+
+def may_be_replaced(path: Path, content: str, about: Mapping[str, Any]) -> bool:
+    """Return whether there is no file, or a checkpoint that `read_checkpoint` would take for the same thing."""
+    if not path.exists():
+        return True
+    try:
+        _check_header(path, content, about)
+    except InputError:
+        return False
+    return True
+
+
+def _check_header(path: Path, content: str, about: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the header of a file, or raise InputError where it is of another version, content or subject."""
+    text = _read(path, "header") or b"{}"
+    try:
+        header = json.loads(text)
+    except ValueError as problem:
+        raise _damaged(path) from problem
     _check_origin(path, header)
     if header["content"] != content:
         raise InputError(f"The checkpoint {path} is of {header['content']}, not of {content}. Give another file.")
@@ -84,18 +108,14 @@ def read_checkpoint(path: Path, content: str, about: Mapping[str, Any]) -> Any:
         theirs = header["about"].get(name)
         if theirs != ours:
             raise InputError(_difference(path, name, theirs, ours))
-    try:
-        return Packer(TYPES, data).unpack(header["state"])
-    except (KeyError, TypeError, ValueError) as problem:
-        raise _damaged(path) from problem
+    return header
 
 
-def _read(path: Path) -> tuple[dict[str, Any], bytes]:
+def _read(path: Path, entry: str) -> bytes:
+    """Return one entry of the archive; nothing where it lacks that."""
     try:
         with np.load(path, allow_pickle=False) as archive:
-            names = set(archive.files)
-            header = json.loads(archive["header"].tobytes()) if "header" in names else {}
-            return header, archive["data"].tobytes() if "data" in names else b""
+            return archive[entry].tobytes() if entry in archive.files else b""
     except (AttributeError, TypeError) as problem:  # an array alone, which NumPy reads too
         raise _foreign(path) from problem
     except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as problem:

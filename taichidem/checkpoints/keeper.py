@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from time import monotonic
@@ -11,15 +12,19 @@ from types import FrameType
 from typing import Any
 
 from taichidem.checkpoints.course import Course
-from taichidem.checkpoints.file import check_writable, read_checkpoint, write_checkpoint
+from taichidem.checkpoints.file import check_writable, may_be_replaced, read_checkpoint, write_checkpoint
 from taichidem.checkpoints.journal import Journal
-from taichidem.errors import InputError
+from taichidem.errors import CheckpointWarning, InputError
 
 EVERY = 300.0  # [s] of wall time between two checkpoints
+CONTENT = "experiment"  # as checkpoint files call it
 
 
 class Keeper:
     """Keeps one run in one file; used as a context, in which Ctrl-C writes a last checkpoint before it stops the run.
+
+    A checkpoint that can't be written, since the disk is full or another run has taken the name, is told once and tried again
+    at the next time: neither the run nor the older file is hurt. Only on Ctrl-C it is an error.
 
     Args:
         path: of the file; a run that is there already is taken up.
@@ -36,9 +41,10 @@ class Keeper:
         check_writable(path)
         self.path, self.every, self.about = path, every, about
         # A run is one course after another, one for each kind of grains. Those that ended are kept as they ended.
-        self.states: list[dict[str, Any]] = read_checkpoint(path, "experiment", about) if path.exists() else []
+        self.states: list[dict[str, Any]] = read_checkpoint(path, CONTENT, about) if path.exists() else []
         self.ended: list[Course] = []
         self.stopped = False
+        self.kept = True  # what was to be kept last
         self.written_at = monotonic()
 
     def __enter__(self) -> Keeper:
@@ -47,9 +53,11 @@ class Keeper:
             self._before = signal.signal(signal.SIGINT, self._stop)
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if self._before is not None:
             signal.signal(signal.SIGINT, self._before)
+        if kind is None:
+            self._stop_if_asked()  # while the end was measured
 
     def _stop(self, number: int, frame: FrameType | None) -> None:
         """Ask for a stop at the end of a step, since a state in the middle of one is of no use; a second time, at once."""
@@ -72,19 +80,47 @@ class Keeper:
 
     def _between(self, course: Course) -> None:
         if self.stopped or monotonic() - self.written_at >= self.every:
-            self._write(course)
-        if self.stopped:
-            raise KeyboardInterrupt(f"Stopped. {self.path} holds how far it came; the same command goes on from there.")
+            self._keep(course)
+        self._stop_if_asked()
 
     def end(self, course: Course) -> None:
-        """Keep a course that has ended, for the checkpoints of those that follow."""
+        """Keep a course at its end, so that the same run only measures it."""
+        if len(self.ended) + 1 >= len(self.states):  # else the file is ahead, in the course of another kind of grains
+            self._keep(course)
         self.ended.append(course)
+        self._stop_if_asked()
+
+    def _stop_if_asked(self) -> None:
+        if self.stopped and self.kept:
+            raise KeyboardInterrupt(f"Stopped. {self.path} holds how far it came; the same command goes on from there.")
+        if self.stopped:
+            raise KeyboardInterrupt(f"Stopped. The last checkpoint could not be written to {self.path}.")
+
+    def _keep(self, course: Course) -> None:
+        try:
+            self._write(course)
+        except InputError as problem:
+            if self.stopped:
+                raise
+            if self.kept:
+                told = f"{problem} The run goes on; until a checkpoint can be written again, what the file holds is left alone."
+                warnings.warn(told, CheckpointWarning, stacklevel=2)
+            self.kept, self.written_at = False, monotonic()
+        else:
+            self.kept = True
 
     def _write(self, course: Course) -> None:
+        if not may_be_replaced(self.path, CONTENT, self.about):
+            raise InputError(
+                f"The checkpoint {self.path} is by now that of another run, or damaged. Move it away, and give each run a file "
+                "of its own."
+            )
         states = [each.state() for each in (*self.ended, course)]
-        write_checkpoint(self.path, "experiment", self.about, states)
+        write_checkpoint(self.path, CONTENT, self.about, states)
         self.written_at = monotonic()
 
-    def finished(self) -> None:
-        """Delete the file, since its run has been measured."""
-        self.path.unlink(missing_ok=True)
+
+def discard(path: Path, about: Mapping[str, Any]) -> None:
+    """Delete the checkpoint of a run; one that belongs to another is left alone."""
+    if may_be_replaced(path, CONTENT, about):
+        path.unlink(missing_ok=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from typing import Any
 
 import typer
 
-from taichidem.errors import InputError
+from taichidem.errors import CheckpointWarning, InputError
 from taichidem.units import to_si
 
 
@@ -49,9 +50,38 @@ class Kept:
 
     @contextmanager
     def told_when_stopped(self) -> Iterator[None]:
-        """Say on Ctrl-C what is kept, and end with 130 as shells expect."""
+        """Say on Ctrl-C what is kept, and end with 130 as shells expect; say also which checkpoint could not be written."""
         try:
-            yield
+            with _told_warnings():
+                yield
         except KeyboardInterrupt as stop:
-            typer.echo(str(stop) or "Stopped; nothing more was written.", err=True)
+            there = self.checkpoint is not None and self.checkpoint.exists()
+            kept = f" {self.checkpoint} is still there; the same command goes on from it." if there else ""
+            typer.echo(str(stop) or f"Stopped; nothing more was written.{kept}", err=True)
             raise typer.Exit(130) from None
+
+    def discard(self, experiment: Any, model: Any, seeds: list[int], frames: float | None) -> None:
+        """Delete the checkpoint of a run whose results are all written."""
+        if self.checkpoint is None:
+            return
+        from taichidem.experiments.together import discard_checkpoint
+
+        count = len(seeds)
+        discard_checkpoint(self.checkpoint, [experiment] * count, [model] * count, seeds, frames=frames)
+
+
+@contextmanager
+def _told_warnings() -> Iterator[None]:
+    """Print warnings about checkpoints as notes, without a place in the program."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", CheckpointWarning)  # the disk may be full a second time
+        usual = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *details: Any, **named: Any) -> None:
+            if issubclass(category, CheckpointWarning):
+                typer.echo(f"Note: {message}", err=True)
+            else:
+                usual(message, category, *details, **named)
+
+        warnings.showwarning = show
+        yield

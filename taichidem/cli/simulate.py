@@ -99,8 +99,8 @@ def simulate(
     checkpoint: Annotated[
         Path | None,
         typer.Option(
-            help="Single experiment: file that keeps its state on the way; the same command goes on from there. Deleted at the "
-            "end."
+            help="Single experiment: file that keeps its state on the way; the same command goes on from there. Deleted when "
+            "all results are written."
         ),
     ] = None,
     checkpoint_every: Annotated[
@@ -163,26 +163,38 @@ def _simulate_experiment(
     as_json: bool,
 ) -> None:
     from taichidem import plugins
-    from taichidem.heap_comparison import writable_folder, write_seeds
+    from taichidem.heap_comparison import writable_folder
     from taichidem.library import polypropylene
 
     drawn.check()
-    keeping = kept.arguments()
     folder = None if output is None else writable_folder(output)
     model = replace(polypropylene(), shape=parse_shape(shape))
     for text in parameters:
         model = with_parameter(model, text)
     test = plugins.get("experiment", name)(**dict(_split(text) for text in settings))
     frames = drawn.interval(test)
-    with kept.told_when_stopped(), progress(quiet=as_json) as report:
-        report("simulating", 0.0)
-        outcomes = test.run(model, seeds, report=lambda share: report("simulating", share), frames=frames, **keeping)
+    keeping = kept.arguments() | {"frames": frames}
+    with kept.told_when_stopped():
+        with progress(quiet=as_json) as report:
+            report("simulating", 0.0)
+            outcomes = test.run(model, seeds, report=lambda share: report("simulating", share), **keeping)
+        _write_and_show(test, outcomes, folder, as_json)
+        good = [o for o in outcomes if not o.failure]
+        if not good:
+            raise typer.Exit(1)
+        drawn.draw(test, model, good[0])
+        kept.discard(test, model, seeds, frames)
+
+
+def _write_and_show(test: Any, outcomes: list, folder: Path | None, as_json: bool) -> None:
     result = {
         "experiment": test.name,
         "units": {o.name: o.unit for o in test.observables},
         "runs": [{"seed": o.seed, "observables": dict(o.observables), "failure": o.failure} for o in outcomes],
     }
     if folder is not None:
+        from taichidem.heap_comparison import write_seeds
+
         write_seeds(folder, outcomes)
         write_whole(folder / "result.json", json.dumps(result, indent=2) + "\n")
     if as_json:
@@ -191,9 +203,6 @@ def _simulate_experiment(
         Console().print(_table(test, outcomes))
         if folder is not None:
             typer.echo(f"wrote {folder}")
-    if all(o.failure for o in outcomes):
-        raise typer.Exit(1)
-    drawn.draw(test, model, next(o for o in outcomes if not o.failure))
 
 
 def _table(test: Any, outcomes: list) -> Table:

@@ -206,7 +206,8 @@ class Experiment:
             report: called with the share done.
             frames: interval [s] at which frames are kept for a movie; the end alone where left out.
             checkpoint: file into which the state is written on the way. Where it is there already, the run goes on from
-                it; when the run has been measured, it is deleted.
+                it. At the end it stands at the end, and the same call only measures again: delete it once the outcomes are
+                kept elsewhere. One that can't be written on the way is told by a `CheckpointWarning`.
             checkpoint_every: wall time between two checkpoints [s].
 
         Raises:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from taichidem.checkpoints.checkpoint import about_scenes
-from taichidem.checkpoints.keeper import EVERY, Keeper
+from taichidem.checkpoints.keeper import EVERY, Keeper, discard
 from taichidem.experiments.base import Experiment, Outcome
 from taichidem.procedure import World, play
 from taichidem.scene import Model, Scene
@@ -38,8 +38,7 @@ def run_together(
         seeds: one per experiment.
         schedule, report, frames, checkpoint, checkpoint_every: as for `Experiment.run`.
     """
-    jobs = [(p, m, seed) for e, m, seed in zip(experiments, models, seeds, strict=True) for p in e.parts()]
-    scenes = [part.scene(m) for part, m, _ in jobs]
+    jobs, scenes = _jobs_and_scenes(experiments, models, seeds)
     outcomes: dict[int, Outcome] = {}
     groups = [[k for k, s in enumerate(scenes) if s.kind == kind] for kind in dict.fromkeys(s.kind for s in scenes)]
     keeping: Keeper | nullcontext = nullcontext()
@@ -51,10 +50,31 @@ def run_together(
             found = _side_by_side([jobs[k] for k in group], [scenes[k] for k in group], schedule, told, frames, keeper)
             outcomes |= dict(zip(group, found, strict=True))
         each = iter([outcomes[k] for k in range(len(jobs))])
-        combined = [e.combine([next(each) for _ in e.parts()]) for e in experiments]
-        if keeper is not None:
-            keeper.finished()
-    return combined
+        return [e.combine([next(each) for _ in e.parts()]) for e in experiments]
+
+
+def discard_checkpoint(
+    checkpoint: str | Path,
+    experiments: Sequence[Experiment],
+    models: Sequence[Model],
+    seeds: Sequence[int],
+    *,
+    schedule: str = "worlds",
+    frames: float | None = None,
+) -> None:
+    """Delete the checkpoint of a run, given as to `run_together`, once its results are kept elsewhere.
+
+    A file that belongs to another run by now is left alone.
+    """
+    jobs, scenes = _jobs_and_scenes(experiments, models, seeds)
+    discard(Path(checkpoint), _about(jobs, scenes, schedule, frames))
+
+
+def _jobs_and_scenes(
+    experiments: Sequence[Experiment], models: Sequence[Model], seeds: Sequence[int]
+) -> tuple[list[Job], list[Scene]]:
+    jobs = [(p, m, seed) for e, m, seed in zip(experiments, models, seeds, strict=True) for p in e.parts()]
+    return jobs, [part.scene(m) for part, m, _ in jobs]
 
 
 def _about(jobs: Sequence[Job], scenes: Sequence[Scene], schedule: str, frames: float | None) -> dict[str, Any]:
