@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -42,7 +43,7 @@ class KeptHeaps:
         angles: in pictures [deg].
         profile_angles: from positions, over the same window [deg].
         shared: uncertainties of the picture measurement that all heaps share, by name [deg].
-        pouring: processor time of one heap's pour [s].
+        pouring: processor time of one heap's pour [s]; nan where every pour was stopped and taken up again.
         shown: seed of the pictured heap, the one nearest to the mean.
         pictures: name → file, relative to the session's folder.
         failures: seed → why it failed.
@@ -107,11 +108,16 @@ def pour_and_keep(session: Session, name: str, heap: FixedFunnel, model: Model, 
         angles=tuple(angles),
         profile_angles=tuple(float(row.details["profile"]["angle_deg"]) for row in good),
         shared=_shared(good),
-        pouring=float(np.mean([row.details[POURING] for row in good])),
+        pouring=_mean([row.details[POURING] for row in good]),
         shown=shown.seed,
         pictures={kind: str(path.relative_to(session.folder)) for kind, path in pictures.items()},
         failures=failures,
     )
+
+
+def _mean(seconds: Sequence[float | None]) -> float:
+    known = [value for value in seconds if value is not None]
+    return float(np.mean(known)) if known else float("nan")
 
 
 def _shared(rows: Sequence[StoredRun]) -> dict[str, float]:
@@ -132,7 +138,7 @@ def _grains(folder: Path, key: str) -> Path:
 
 
 def _pour(session: Session, folder: Path, runs: Sequence[Run], before: float) -> None:
-    """Pour a few heaps at a time and keep each lot at once, so that little is lost where this is stopped."""
+    """Pour a few heaps at a time and keep each lot at once; a lot that is stopped is taken up from its checkpoint."""
     heap, model = runs[0].experiment, runs[0].model
     worlds = WORLDS_PER_THREAD * runtime.start().threads
     Simulation([heap.scene(model)] * min(worlds, len(runs))).run_steps(1)  # compiles
@@ -141,6 +147,8 @@ def _pour(session: Session, folder: Path, runs: Sequence[Run], before: float) ->
         lot = runs[first : first + worlds]
         rows = _poured(session, folder, lot, before + share * first, share * len(lot))
         session.store.add(*rows)
+        for state in folder.glob("*.state"):  # also of a lot that was cut otherwise, on more processors
+            state.unlink()
 
 
 def _poured(session: Session, folder: Path, lot: Sequence[Run], before: float, share: float) -> list[StoredRun]:
@@ -152,13 +160,17 @@ def _poured(session: Session, folder: Path, lot: Sequence[Run], before: float, s
         latest = process_time()
         session.tell(folder.name.replace("_", " "), before + share * done)
 
-    outcomes = heap.run(model, seeds, report=told)
-    each = (latest - began) / len(lot)  # the last report comes when the last grain rests, before anything is measured
+    state = folder / f"{sha256(''.join(run.key for run in lot).encode()).hexdigest()[:12]}.state"
+    taken_up = state.exists()
+    outcomes = heap.run(model, seeds, report=told, checkpoint=state)
+    # The last report comes when the last grain rests, before anything is measured. Of a pour taken up nobody knows the time.
+    each = (latest - began) / len(lot)
+    known = None if taken_up else each
     for run, outcome in zip(lot, outcomes, strict=True):
         if outcome.snapshot is not None:
             write_grains(_grains(folder, run.key), outcome.snapshot, time=outcome.snapshot.time)
     rows = [stored_run(run, outcome, each) for run, outcome in zip(lot, outcomes, strict=True)]
-    return [StoredRun(**{**vars(row), "details": {**row.details, POURING: each}}) for row in rows]
+    return [StoredRun(**{**vars(row), "details": {**row.details, POURING: known}}) for row in rows]
 
 
 def _draw(folder: Path, heap: FixedFunnel, model: Model, key: str) -> dict[str, Path]:

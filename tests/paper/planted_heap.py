@@ -39,7 +39,7 @@ class PlantedHeap(FixedFunnel):
     rolling: ClassVar[float] = 0.0  # [deg], per unit of rolling friction
     late_offset: ClassVar[float] = 0.0  # [deg], of heaps at an optimum: what a surface can't know
 
-    def run(self, models, seeds, *, schedule="worlds", report=None, frames=None):
+    def run(self, models, seeds, *, schedule="worlds", report=None, frames=None, checkpoint=None):
         outcomes = [self._one(model, seed) for model, seed in _pairs(models, seeds)]
         PlantedHeap.poured.extend(int(seed) for seed in seeds)
         if report:

@@ -18,7 +18,7 @@ from taichidem import plugins
 from taichidem.errors import InputError, SimulationError
 from taichidem.heap_comparison import LABORATORY
 from taichidem.paper import held_out, kept_heaps, reproduction, session
-from taichidem.paper.checks import _of_failures, _of_heaps, checks_of, time_saved
+from taichidem.paper.checks import _of_failures, _of_heaps, _of_time, checks_of, time_saved
 from taichidem.paper.effort import EFFORTS, Effort
 from taichidem.paper.heaps import model_at
 from taichidem.paper.kept_heaps import KeptHeaps
@@ -354,6 +354,30 @@ def test_time_is_that_of_the_processor_over_the_pour_alone(bench, monkeypatch):
     assert heaps.pouring == 2.0
     slower = replace(heaps, pouring=40.0)
     assert time_saved(heaps, slower) == 95.0
+
+
+def test_a_pour_that_is_stopped_goes_on_from_its_checkpoint_and_is_not_timed(bench, monkeypatch):
+    pour, states = PlantedHeap.run, []
+
+    def noted(self, models, seeds, *, checkpoint, **options):
+        states.append((checkpoint, checkpoint.exists()))
+        if len(states) == 1:
+            checkpoint.write_text("so far")
+            raise KeyboardInterrupt
+        return pour(self, models, seeds, **options)
+
+    monkeypatch.setattr(PlantedHeap, "run", noted)
+    heaps = (bench, "heaps", planted_heap.coarse_heap(), result_model({}), [1, 2])
+    with pytest.raises(KeyboardInterrupt):
+        kept_heaps.pour_and_keep(*heaps)
+    found = kept_heaps.pour_and_keep(*heaps)
+    assert states[0][0] == states[1][0]
+    assert states[1][1]
+    assert np.isnan(found.pouring)
+    assert not list((bench.folder / "heaps").glob("*.state"))
+    (check,) = [_of_time(found, found)]
+    assert check.met is False
+    assert "Not known" in check.note
 
 
 def kept(angles, diameter=0.006):
