@@ -22,7 +22,7 @@ from taichidem.paper.checks import _of_failures, _of_heaps, _of_time, checks_of,
 from taichidem.paper.effort import EFFORTS, Effort
 from taichidem.paper.heaps import model_at
 from taichidem.paper.kept_heaps import KeptHeaps
-from taichidem.paper.next_factor import next_factor, search_further, where_to_pour
+from taichidem.paper.next_factor import next_factor, search_further, steadier, where_to_pour
 from taichidem.paper.optimum import search
 from taichidem.paper.published import FACTORS, REMARKS
 from taichidem.paper.reproduction import reproduce
@@ -258,6 +258,14 @@ def test_steps_follow_the_effect_then_a_line_then_a_quadratic():
     value, expected = where_to_pour(bent, rolling, 3.9)
     assert 25.0 + 50.0 * value - 60.0 * value**2 == pytest.approx(LABORATORY[0], abs=0.02)
     assert expected == pytest.approx(LABORATORY[0], abs=0.02)
+
+
+def test_the_search_goes_by_positions_shifted_to_what_pictures_give():
+    first = replace(kept([29.0, 30.0]), profile_angles=(30.2, 30.8))
+    other = replace(kept([34.0, 33.0]), profile_angles=(35.1, 33.9))
+    found = steadier({0.05: first, 0.2: other})
+    assert found[0.05] == pytest.approx([29.2, 29.8])
+    assert found[0.2] == pytest.approx([34.1, 32.9])
 
 
 def test_a_failed_heap_is_left_out(bench, monkeypatch):
