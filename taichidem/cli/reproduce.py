@@ -49,8 +49,11 @@ def reproduce(
     goes on; nothing is run twice.
     """
     from taichidem.paper.reproduction import reproduce as run
+    from taichidem.runtime import cores
 
     effort = "full" if full else "quick"
+    if workers is None and cluster is None:
+        workers = cores()  # a process draws and measures one heap on its core while others pour: a fifth faster
     with executor_of(workers, cluster) as executor, progress(quiet=as_json) as report:
         result = run(output or Path(f"paper_{effort}"), effort, report, executor=executor)
     typer.echo(result.to_json()) if as_json else _print(result)

@@ -30,6 +30,6 @@ class Effort:
     held_out: int
 
 
-QUICK = Effort("quick", softened=True, screening=1, surface=2, search=6, confirmation=22, fine=2, held_out=2)
+QUICK = Effort("quick", softened=True, screening=1, surface=2, search=6, confirmation=18, fine=2, held_out=2)
 FULL = Effort("full", softened=False, screening=2, surface=3, search=12, confirmation=24, fine=4, held_out=4)
 EFFORTS = {effort.name: effort for effort in (QUICK, FULL)}

@@ -28,6 +28,7 @@ from taichidem.paper.published import FACTORS, REMARKS
 from taichidem.paper.reproduction import reproduce
 from taichidem.paper.screening import screen
 from taichidem.paper.surface import fit_surface
+from taichidem.runtime import cores
 from taichidem.study import RunStore, read_study, run_all
 from tests.paper import planted_heap
 from tests.paper.planted_heap import PlantedHeap, true_angle
@@ -154,7 +155,8 @@ def test_the_command_prints_the_checks_and_json(result, command, monkeypatch):
     assert "Coarse grains beside grains of 3 mm with the same constants, in other tests" in out
     code, out, _ = command("reproduce", "paper", "-o", result.folder, "--json")
     assert json.loads(out)["effort"] == "quick"
-    assert asked == [((result.folder, "quick"), None)] * 2
+    assert [given for given, _ in asked] == [(result.folder, "quick")] * 2
+    assert {executor.workers for _, executor in asked} == {cores()}  # a heap is drawn on one core while others pour
     command("reproduce", "paper", "--full")
     assert asked[-1][0] == (Path("paper_full"), "full")
     code, _, err = command("reproduce", "papers")
