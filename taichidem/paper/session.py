@@ -40,7 +40,7 @@ class Session:
     executor: Executor | None = None
 
     def pour(
-        self, stage: str, table: pd.DataFrame, letters: Sequence[str], heaps: int, first_seed: int
+        self, stage: str, table: pd.DataFrame, letters: Sequence[str], heaps: int | pd.Series, first_seed: int
     ) -> pd.DataFrame:
         """Return a design with a row per heap: its run, factors, seed, angle of repose [deg], and why one failed.
 
@@ -48,7 +48,7 @@ class Session:
             stage: its name, for progress.
             table: a row per run, with the columns `run` and the factors.
             letters: the factors.
-            heaps: per run.
+            heaps: per run, one number or one for each.
             first_seed: the seeds of run k are first_seed + 10 k and those that follow.
 
         Raises:

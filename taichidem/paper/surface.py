@@ -41,7 +41,9 @@ class Surface:
 def fit_surface(session: Session) -> Surface:
     """Run the paper's twenty rows and fit the surface."""
     paper = central_composite()
-    heaps = session.pour(STAGE, paper, SURFACE, session.effort.surface, FIRST_SEED)
+    repeats = paper.groupby(list(SURFACE))["run"].transform("size")  # the centre is run six times as it is
+    each = np.ceil(session.effort.surface / repeats).astype(int)
+    heaps = session.pour(STAGE, paper, SURFACE, each, FIRST_SEED)
     measured = heaps[heaps[ANGLE].notna()]
     analyser = plugins.get("analyser", "response_surface")(**SETTINGS)
     report = analyser.analyse(measured, responses=[ANGLE], factors=SURFACE, space=factor_space(SURFACE))
