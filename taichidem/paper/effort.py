@@ -15,7 +15,7 @@ class Effort:
         screening: heaps per run of the Plackett–Burman design.
         surface: heaps per run of the composite design; one for each run of a point that has as many runs.
         search: heaps of 6 mm per round of the search for the optimum.
-        confirmation: heaps of 6 mm at the optimum.
+        confirmation: heaps of 6 mm at the optimum; as many again where they miss.
         fine: heaps of 3 mm there.
         held_out: seeds of the tests that the model was not fitted to.
     """
@@ -30,6 +30,6 @@ class Effort:
     held_out: int
 
 
-QUICK = Effort("quick", softened=True, screening=1, surface=2, search=5, confirmation=16, fine=2, held_out=2)
+QUICK = Effort("quick", softened=True, screening=1, surface=2, search=6, confirmation=16, fine=2, held_out=2)
 FULL = Effort("full", softened=False, screening=2, surface=3, search=12, confirmation=24, fine=4, held_out=4)
 EFFORTS = {effort.name: effort for effort in (QUICK, FULL)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -16,7 +17,7 @@ from taichidem.paper.screening import Screening
 from taichidem.paper.session import Session
 
 FIRST_SEED = 4000
-STEPS = 2  # along the factor, after the heaps at its fixed value; a quadratic through the three sets leads to the confirmation
+CONFIRMATIONS = 2  # at most: one that misses knows its mean better than any round, so it leads to a last one
 TARGET = LABORATORY[0]
 PLACES = 2001  # tried along its range
 
@@ -25,9 +26,9 @@ def search_further(session: Session, screening: Screening, last: Optimum) -> lis
     """Return rounds of pouring along the next factor, the confirmation at its end; none where the surface was enough.
 
     The setting is meant for the real grains. So the coarse ones fall twice as deep here, which gives them the real ones'
-    energy over weight times diameter; the first round shows what that alone does. A step goes where the screening's effect,
-    then the line and the quadratic through all heaps along the factor cross the laboratory's angle. Each round has seeds of its
-    own, and the confirmation's heaps, measured in pictures alone, have had no part in the search.
+    energy over weight times diameter; the first round shows what that alone does. The second goes where the screening's effect
+    would cross the laboratory's angle, and the line through both leads to the confirmation. Where that misses, its heaps join
+    the search, and the quadratic through all leads to a last one, which counts whatever it gives. Each has seeds of its own.
 
     Args:
         session: where heaps are poured and kept.
@@ -37,36 +38,38 @@ def search_further(session: Session, screening: Screening, last: Optimum) -> lis
     if last.hits and not last.out_of_reach:
         return []
     how = "The same setting, with grains that fall twice as deep, which gives those of 6 mm the v²/(g d) of the real ones."
-    rounds = [_poured(session, dict(last.levels), None, how, 0)]
+    alone = _poured(session, dict(last.levels), None, how, 0)
     effects = dict(zip(screening.effects["factor"], screening.effects["effect"], strict=True))
-    freed = next_factor(effects, -rounds[0].error)
+    freed = next_factor(effects, -alone.error)
     if freed is None:
-        return [*rounds, confirm(session, rounds[0], similar_heap())]
-    letter, effect = freed.letter, effects[freed.letter]
-    poured = {freed.fixed: rounds[0].heaps}
-    for step in range(1, STEPS + 1):
-        value, predicted = where_to_pour(steadier(poured), freed, effect)
-        if value in poured:  # the end of its range
-            break
-        how = (
-            f"{letter} ({freed.meaning}), the screening's next factor with {effect:+.2f}°, is freed as well: {predicted:.2f}° "
-            f"expected at {letter} = {value:.3g}."
-        )
-        rounds.append(_poured(session, {**last.levels, letter: value}, predicted, how, step))
-        poured[value] = rounds[-1].heaps
+        return [alone, confirm(session, alone, similar_heap())]
+    return [alone, *_along(session, freed, effects[freed.letter], alone)]
+
+
+def _along(session: Session, freed: PaperFactor, effect: float, alone: Optimum) -> list[Optimum]:
+    """Return the rounds along a factor, from heaps at its fixed value to the last confirmation."""
+    letter, poured = freed.letter, {freed.fixed: alone.heaps}
     value, predicted = where_to_pour(steadier(poured), freed, effect)
-    return [*rounds, _confirmed(session, {**last.levels, letter: value}, predicted, rounds[-1])]
+    how = (
+        f"{letter} ({freed.meaning}), the screening's next factor with {effect:+.2f}°, is freed as well: {predicted:.2f}° "
+        f"expected at {letter} = {value:.3g}."
+    )
+    rounds = [_poured(session, {**alone.levels, letter: value}, predicted, how, 1)]
+    poured[value] = rounds[0].heaps
+    for number in range(CONFIRMATIONS):
+        value, predicted = where_to_pour(steadier(poured), freed, effect)
+        found = replace(rounds[0], levels={**alone.levels, letter: value}, predicted=predicted)
+        rounds.append(confirm(session, found, similar_heap(), number))
+        if rounds[-1].hits or value in poured:  # or at the end of the range again
+            break
+        poured[value] = rounds[-1].heaps
+    return rounds
 
 
 def _poured(session: Session, levels: dict[str, float], predicted: float | None, how: str, step: int) -> Optimum:
     name, first = f"further_heaps_{step + 1}", FIRST_SEED + SEEDS_APART * step
     heaps = pour_at(session, levels, name, first, session.effort.search, similar_heap())
     return Optimum(levels, predicted, how, heaps, raised=True)
-
-
-def _confirmed(session: Session, levels: dict[str, float], predicted: float, last: Optimum) -> Optimum:
-    found = Optimum(levels, predicted, "", last.heaps, raised=True)
-    return confirm(session, found, similar_heap())
 
 
 def steadier(poured: Mapping[float, KeptHeaps]) -> dict[float, list[float]]:

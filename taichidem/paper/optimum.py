@@ -100,10 +100,19 @@ def search(session: Session, surface: Surface) -> list[Optimum]:
     return rounds
 
 
-def confirm(session: Session, found: Optimum, heap: FixedFunnel) -> Optimum:
-    """Return the same setting with heaps that no search has seen: those that ended it were chosen because they hit."""
-    heaps = pour_at(session, found.levels, "confirmation_heaps", CONFIRMATION_SEED, session.effort.confirmation, heap)
-    return replace(found, how="The setting that was found, poured again with other seeds.", heaps=heaps)
+def confirm(session: Session, found: Optimum, heap: FixedFunnel, number: int = 0) -> Optimum:
+    """Return a setting with heaps that no search has seen: those that ended it were chosen because they hit.
+
+    Args:
+        session: where they are poured and kept.
+        found: the setting.
+        heap: how they are poured.
+        number: of the confirmation, from 0; each has seeds of its own.
+    """
+    name, first = f"confirmation_heaps_{number + 1}", CONFIRMATION_SEED + SEEDS_APART * number
+    heaps = pour_at(session, found.levels, name, first, session.effort.confirmation, heap)
+    before = ", the heaps of the confirmation before among those it was found by," if number else ""
+    return replace(found, how=f"The setting that was found{before} poured with other seeds.", heaps=heaps)
 
 
 def pour_at(

@@ -37,6 +37,7 @@ class PlantedHeap(FixedFunnel):
     offset: ClassVar[float] = 0.0  # [deg], of every heap
     raised: ClassVar[float] = -1.6  # [deg], of heaps whose grains fall twice as deep
     rolling: ClassVar[float] = 0.0  # [deg], per unit of rolling friction
+    bent: ClassVar[float] = 0.0  # [deg], five times that per root of what rolling friction has above its fixed value
     late_offset: ClassVar[float] = 0.0  # [deg], of heaps at an optimum: what a surface can't know
 
     def run(self, models, seeds, *, schedule="worlds", report=None, frames=None, checkpoint=None):
@@ -52,6 +53,7 @@ class PlantedHeap(FixedFunnel):
         angle = true_angle(model) + self.offset + (self.late_offset if seed > 3000 else 0.0)
         rolling = {effect.name: effect.values for effect in model.effects}["rolling_constant_torque"]
         angle += self.rolling * rolling["rolling_friction"][SAME]
+        angle += self.bent * np.sqrt(max(rolling["rolling_friction"][SAME] - 0.05, 0.0)) / 5
         angle += self.raised if self.settings.stream_bottom == 0.1 else 0.0
         angle += SCATTER * np.random.default_rng(seed).standard_normal()
         details = {"profile": {"angle_deg": angle}}

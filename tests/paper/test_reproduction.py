@@ -195,21 +195,33 @@ def test_the_screening_s_next_factor_brings_a_heap_within_reach_that_the_surface
     rounds = search(bench, surface)
     further = search_further(bench, screening, rounds[-1])
     assert not rounds[-1].hits
-    alone, *steps, confirmed = further
+    alone, step, *missed, confirmed = further
     assert alone.levels == rounds[-1].levels
     assert alone.heaps.mean == pytest.approx(rounds[-1].heaps.mean + PlantedHeap.raised, abs=0.6)
-    assert 0 < len(steps) <= 2
+    assert len(missed) <= 1
     levels = confirmed.levels
     assert {key: levels[key] for key in "FDB"} == rounds[-1].levels
     truth = true_angle(result_model(levels)) + 25.0 * levels["H"] - 6.0 + PlantedHeap.raised
     assert truth == pytest.approx(LABORATORY[0], abs=0.5)
-    assert "H (rolling friction PP–PP), the screening's next factor with +" in steps[0].how
+    assert "H (rolling friction PP–PP), the screening's next factor with +" in step.how
     seeds = [seed for found in [*rounds, *further] for seed in found.heaps.seeds]
     assert len(set(seeds)) == len(seeds)  # the confirmation's own among them
     assert len(confirmed.heaps.seeds) == SMALL.confirmation
     checks = {c.name: c for c in checks_of(screening, surface, [*rounds, *further], confirmed.heaps)}
     assert checks["heap at the surface's optimum of F, D, B, 6 mm"].met is False
     assert "H = 0." in checks["optimum (setting)"].ours
+
+
+def test_a_confirmation_that_misses_joins_the_search_and_the_last_one_counts(bench, monkeypatch):
+    monkeypatch.setattr(PlantedHeap, "offset", -6.0)
+    monkeypatch.setattr(PlantedHeap, "bent", 60.0)  # the line through two sets misses, the quadratic doesn't
+    screening, surface = screen(bench), fit_surface(bench)
+    alone, step, missed, confirmed = search_further(bench, screening, search(bench, surface)[-1])
+    assert not missed.hits
+    assert abs(confirmed.error) < abs(missed.error)
+    assert "the heaps of the confirmation before" in confirmed.how
+    seeds = [found.heaps.seeds for found in (alone, step, missed, confirmed)]
+    assert len({seed for each in seeds for seed in each}) == sum(map(len, seeds))
 
 
 def test_no_heap_is_poured_beyond_the_end_of_the_next_factor_s_range(bench, monkeypatch):
