@@ -27,9 +27,7 @@ from taichidem.study.campaign import WORLDS_PER_THREAD
 from taichidem.study.execution import stored_run
 from taichidem.whole_file import whole_file
 
-POURING = (
-    "pouring_s"  # detail of a stored run: processor time of its share of the pour, compilation and measurement apart
-)
+POURING = "pouring_s"  # detail of a stored run: processor time of its share of the pour, nothing compiled or measured
 SHARED = {"window": "choice of the fit window", "threshold": "threshold of the picture"}
 
 

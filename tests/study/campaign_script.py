@@ -31,13 +31,21 @@ SMALL = {
 }
 
 
+MODEL = Model(
+    [Material("grain", 1000.0, 1e7, 0.3)],
+    [NormalHertz(restitution=0.5), TangentialMindlin(static_friction=0.4), BodyGravity()],
+)
+
+
 def runs(count, pause):
-    model = Model(
-        [Material("grain", 1000.0, 1e7, 0.3)],
-        [NormalHertz(restitution=0.5), TangentialMindlin(static_friction=0.4), BodyGravity()],
-    )
     tests = [fakes.Quick(width=width, pause=pause) for width in (0.04, 0.05)]
-    return [Run(test, model, seed, "test") for seed in range(count // 2) for test in tests]
+    return [Run(test, MODEL, seed, "test") for seed in range(count // 2) for test in tests]
+
+
+def made(seeds, **settings):
+    """Return runs of one quick test, which takes no time."""
+    test = fakes.Quick(**{"width": 0.04, **settings})
+    return [Run(test, MODEL, seed, "quick") for seed in seeds]
 
 
 def small_pour(**changes):

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import pytest
 
 from taichidem import plugins
-from taichidem.study import campaign, cluster, read_study
+from taichidem.study import RunStore, campaign, cluster, read_study
 from tests.study import fakes
 
 
@@ -19,6 +19,13 @@ def _fakes(monkeypatch):
     yield
     monkeypatch.undo()
     plugins.refresh()
+
+
+@pytest.fixture
+def store(tmp_path):
+    """An empty run store, open for the test."""
+    with RunStore(tmp_path / "runs.sqlite") as opened:
+        yield opened
 
 
 @pytest.fixture

@@ -19,17 +19,11 @@ from taichidem import runtime
 from taichidem.errors import CompositionError, EnvironmentProblem, InputError
 from taichidem.study import Run, RunStore, campaign, execution, read_study, run_all, simulate, summarise
 from taichidem.study.execution import batches, execute, second_seed
+from tests.study.campaign_script import MODEL, small_pour
 from tests.study.campaign_script import runs as script_runs
-from tests.study.campaign_script import small_pour
 from tests.study.fakes import LOG, MEASUREMENTS, Quick
 
 ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture
-def store(tmp_path):
-    with RunStore(tmp_path / "campaign.sqlite") as opened:
-        yield opened
 
 
 def made(study, seeds=(1, 2, 3), name="narrow", **settings):
@@ -132,7 +126,7 @@ def test_what_has_no_random_numbers_is_not_repeated(study, store, monkeypatch):
 
 def test_a_real_world_that_diverges_says_that_it_stopped(store):
     """A ball thrown so fast that it passes more than its radius in a step; its reason holds no number of a world."""
-    model = script_runs(2, 0.0)[0].model
+    model = MODEL
     rows = execute([Run(small_pour(drop_velocity=speed), model, 1) for speed in (0.5, 3000.0)])
     assert [row.status for row in rows] == ["done", "failed"]
     assert [row.attempts for row in rows] == [1, 2]
@@ -264,7 +258,7 @@ def test_the_summary(study, store):
 
 def test_a_real_heap_gives_the_same_bits_alone_and_in_a_batch(store):
     heap = small_pour()
-    model = script_runs(2, 0.0)[0].model
+    model = MODEL
     runs = [Run(heap, model, seed) for seed in (1, 2, 3)]
     table = run_all(runs, store)
     assert set(table["status"]) == {"done"}, list(table["reason"])

@@ -9,22 +9,8 @@ from taichidem.errors import CompositionError, EnvironmentProblem, InputError
 from taichidem.experiments import FixedFunnel
 from taichidem.study import Run, RunStore, campaign, run_all
 from taichidem.study.run_store import LARGEST_SEED
-from tests.study.campaign_script import runs as script_runs
-from tests.study.campaign_script import small_pour
+from tests.study.campaign_script import MODEL, made, small_pour
 from tests.study.fakes import Quick
-
-
-@pytest.fixture
-def store(tmp_path):
-    with RunStore(tmp_path / "campaign.sqlite") as opened:
-        yield opened
-
-
-def made(seeds, **settings):
-    return [Run(Quick(**{"width": 0.04, **settings}), MODEL, seed, "quick") for seed in seeds]
-
-
-MODEL = script_runs(2, 0.0)[0].model
 
 
 @pytest.mark.parametrize("worlds", [1, 3, 8])

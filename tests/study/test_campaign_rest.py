@@ -4,22 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from taichidem.study import Run, RunStore, campaign, run_all
+from taichidem.study import campaign, run_all
 from taichidem.study.execution import execute
-from tests.study.campaign_script import runs as script_runs
-from tests.study.fakes import Quick
-
-MODEL = script_runs(2, 0.0)[0].model
-
-
-@pytest.fixture
-def store(tmp_path):
-    with RunStore(tmp_path / "campaign.sqlite") as opened:
-        yield opened
-
-
-def made(seeds, **settings):
-    return [Run(Quick(**{"width": 0.04, **settings}), MODEL, seed, "quick") for seed in seeds]
+from tests.study.campaign_script import made
 
 
 @pytest.fixture

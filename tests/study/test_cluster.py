@@ -11,13 +11,12 @@ import pytest
 
 from taichidem import runtime
 from taichidem.errors import EnvironmentProblem, InputError
-from taichidem.study import Run, RunStore, executors, run_all
+from taichidem.study import Run, executors, run_all
 from taichidem.study.cluster import cluster_executor
 from taichidem.study.executors import threads_of
-from tests.study.campaign_script import runs as script_runs
-from tests.study.campaign_script import small_pour
+from tests.study.campaign_script import MODEL, made, small_pour
 from tests.study.fakes import LOG
-from tests.study.test_executors import here, made, rows_of
+from tests.study.test_executors import here, rows_of
 
 pytest.importorskip("distributed", reason="needs the extra 'cluster'")
 
@@ -49,14 +48,8 @@ def executor(cluster):
         yield there
 
 
-@pytest.fixture
-def store(tmp_path):
-    with RunStore(tmp_path / "campaign.sqlite") as opened:
-        yield opened
-
-
 def test_a_real_heap_gives_the_same_bits_on_a_cluster(store, tmp_path, executor):
-    model = script_runs(2, 0.0)[0].model
+    model = MODEL
     runs = [Run(small_pour(), model, seed) for seed in (1, 2)]
     table = run_all(runs, store, worlds=2, executor=executor)
     assert set(table["status"]) == {"done"}, list(table["reason"])

@@ -15,8 +15,7 @@ import pytest
 from taichidem.errors import CompositionError, EnvironmentProblem, InputError
 from taichidem.study import Run, RunStore, SpawnedProcesses, executors, run_all, worker_processes
 from taichidem.study.executors import threads_of
-from tests.study.campaign_script import runs as script_runs
-from tests.study.campaign_script import small_pour
+from tests.study.campaign_script import MODEL, made, small_pour
 from tests.study.fakes import LOG, Quick
 
 
@@ -25,18 +24,6 @@ def pool():
     """Two processes that serve the whole module, for starting them takes seconds."""
     with SpawnedProcesses(2, threads=1) as spawned:
         yield spawned
-
-
-@pytest.fixture
-def store(tmp_path):
-    with RunStore(tmp_path / "campaign.sqlite") as opened:
-        yield opened
-
-
-def made(seeds, **settings):
-    model = script_runs(2, 0.0)[0].model
-    test = Quick(**{"width": 0.04, **settings})
-    return [Run(test, model, seed, "quick") for seed in seeds]
 
 
 def rows_of(store):
@@ -90,7 +77,7 @@ def test_spawned_processes_give_the_same_rows(store, tmp_path, pool):
 
 
 def test_a_real_heap_gives_the_same_bits_in_a_process_of_its_own(store, tmp_path, pool):
-    model = script_runs(2, 0.0)[0].model
+    model = MODEL
     runs = [Run(small_pour(), model, seed) for seed in (1, 2)]
     table = run_all(runs, store, worlds=2, executor=pool)
     assert set(table["status"]) == {"done"}, list(table["reason"])
@@ -101,7 +88,7 @@ def test_threads_of_a_process_in_which_taichi_runs_are_refused(store):
     told = "Taichi was started by another thread of this process.*in processes of their own"
     for options in ({}, {"worlds": 1}):
         with ThreadPoolExecutor(2) as threads, pytest.raises(EnvironmentProblem, match=told):
-            run_all([Run(small_pour(), script_runs(2, 0.0)[0].model, 1)], store, executor=threads, **options)
+            run_all([Run(small_pour(), MODEL, 1)], store, executor=threads, **options)
     assert len(store) == 0
 
 

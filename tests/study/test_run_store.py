@@ -39,12 +39,6 @@ def a_run(key="k1", **changes):
 FAILED = {"status": "failed", "responses": {}, "reason": "it diverged"}
 
 
-@pytest.fixture
-def store(tmp_path):
-    with RunStore(tmp_path / "runs.sqlite") as opened:
-        yield opened
-
-
 def test_a_run_comes_back_as_it_went_in(store):
     runs = [a_run(), a_run("k2", **FAILED)]
     for run in runs:

@@ -17,12 +17,6 @@ from taichidem.study import run_store as module
 from tests.study.test_run_store import a_run
 
 
-@pytest.fixture
-def store(tmp_path):
-    with RunStore(tmp_path / "runs.sqlite") as opened:
-        yield opened
-
-
 def test_what_is_committed_survives_a_power_cut(store):
     """As far as SQLite can see to it: in rollback mode EXTRA alone also syncs the folder that held the journal."""
     assert store._connection.execute("PRAGMA synchronous").fetchone() == (3,)
