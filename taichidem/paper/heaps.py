@@ -6,12 +6,7 @@ from collections.abc import Mapping
 
 from taichidem.coarse_graining import CoarseGraining
 from taichidem.experiments import FixedFunnel
-from taichidem.library import (
-    PAPER_FINE_HEAP,
-    REAL_POLYPROPYLENE_MODULUS,
-    SOFT_POLYPROPYLENE_MODULUS,
-    polypropylene,
-)
+from taichidem.library import PAPER_FINE_HEAP, polypropylene
 from taichidem.paper.published import FACTORS
 from taichidem.scene import Model
 
@@ -28,17 +23,15 @@ ARGUMENTS = {
 }  # of `polypropylene`
 
 
-def model_at(levels: Mapping[str, float], *, softened: bool) -> Model:
+def model_at(levels: Mapping[str, float], *, stiffness: float) -> Model:
     """Return the model of polypropylene on steel at some levels of the paper's factors; the others keep their fixed values.
 
     Args:
         levels: letter → value in the paper's units.
-        softened: whether Young's modulus is lowered, E = C · 10 MPa / 1.3 GPa, so that steps are eleven times larger.
+        stiffness: share of Young's modulus C that is left to the grains.
     """
     every = {factor.letter: factor.fixed for factor in FACTORS} | dict(levels)
-    modulus = 1e9 * every.pop("C")
-    if softened:
-        modulus *= SOFT_POLYPROPYLENE_MODULUS / REAL_POLYPROPYLENE_MODULUS
+    modulus = 1e9 * every.pop("C") * stiffness
     return polypropylene(youngs_modulus=modulus, **{ARGUMENTS[letter]: value for letter, value in every.items()})
 
 

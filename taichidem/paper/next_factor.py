@@ -17,13 +17,14 @@ from taichidem.paper.screening import Screening
 from taichidem.paper.session import Session
 
 FIRST_SEED = 4000
+FIRST_CONFIRMATION = 2  # the first of all is the surface's own
 CONFIRMATIONS = 2  # at most: one that misses knows its mean better than any round, so it leads to a last one
 TARGET = LABORATORY[0]
 PLACES = 2001  # tried along its range
 
 
 def search_further(session: Session, screening: Screening, last: Optimum) -> list[Optimum]:
-    """Return rounds of pouring along the next factor, the confirmation at its end; none where the surface was enough.
+    """Return rounds of pouring along the next factor, the confirmation at its end.
 
     The setting is meant for the real grains. So the coarse ones fall twice as deep here, which gives them the real ones'
     energy over weight times diameter; the first round shows what that alone does. The second goes where the screening's effect
@@ -35,14 +36,12 @@ def search_further(session: Session, screening: Screening, last: Optimum) -> lis
         screening: tells the factor.
         last: the surface's last round.
     """
-    if last.hits and not last.out_of_reach:
-        return []
     how = "The same setting, with grains that fall twice as deep, which gives those of 6 mm the v²/(g d) of the real ones."
     alone = _poured(session, dict(last.levels), None, how, 0)
     effects = dict(zip(screening.effects["factor"], screening.effects["effect"], strict=True))
     freed = next_factor(effects, -alone.error)
     if freed is None:
-        return [alone, confirm(session, alone, similar_heap())]
+        return [alone, confirm(session, alone, similar_heap(), FIRST_CONFIRMATION, "The same setting")]
     return [alone, *_along(session, freed, effects[freed.letter], alone)]
 
 
@@ -56,10 +55,11 @@ def _along(session: Session, freed: PaperFactor, effect: float, alone: Optimum) 
     )
     rounds = [_poured(session, {**alone.levels, letter: value}, predicted, how, 1)]
     poured[value] = rounds[0].heaps
-    for number in range(CONFIRMATIONS):
+    for number in range(FIRST_CONFIRMATION, FIRST_CONFIRMATION + CONFIRMATIONS):
         value, predicted = where_to_pour(steadier(poured), freed, effect)
         found = replace(rounds[0], levels={**alone.levels, letter: value}, predicted=predicted)
-        rounds.append(confirm(session, found, similar_heap(), number))
+        origin = f"{letter} = {value:.3g} by the curve through the heaps at {len(poured)} values of {letter}"
+        rounds.append(confirm(session, found, similar_heap(), number, origin))
         if rounds[-1].hits or value in poured:  # or at the end of the range again
             break
         poured[value] = rounds[-1].heaps

@@ -60,6 +60,11 @@ class Optimum:
         """Whether even the expected angle differs from the laboratory's."""
         return self.predicted is not None and abs(self.predicted - LABORATORY[0]) > REACHED
 
+    @property
+    def settled(self) -> bool:
+        """Whether the heaps hit where they were expected to; heaps that hit by chance settle nothing."""
+        return self.hits and not self.out_of_reach
+
     def why_not(self) -> str:
         """Return what keeps the heaps from the laboratory's angle, or nothing where they hit."""
         if self.hits:
@@ -100,19 +105,19 @@ def search(session: Session, surface: Surface) -> list[Optimum]:
     return rounds
 
 
-def confirm(session: Session, found: Optimum, heap: FixedFunnel, number: int = 0) -> Optimum:
+def confirm(session: Session, found: Optimum, heap: FixedFunnel, number: int, origin: str) -> Optimum:
     """Return a setting with heaps that no search has seen: those that ended it were chosen because they hit.
 
     Args:
         session: where they are poured and kept.
         found: the setting.
         heap: how they are poured.
-        number: of the confirmation, from 0; each has seeds of its own.
+        number: of the confirmation, from 1; each has seeds of its own.
+        origin: where the setting comes from, in words that go on with "poured with seeds that no search has seen".
     """
-    name, first = f"confirmation_heaps_{number + 1}", CONFIRMATION_SEED + SEEDS_APART * number
+    name, first = f"confirmation_heaps_{number}", CONFIRMATION_SEED + SEEDS_APART * (number - 1)
     heaps = pour_at(session, found.levels, name, first, session.effort.confirmation, heap)
-    before = ", the heaps of the confirmation before among those it was found by," if number else ""
-    return replace(found, how=f"The setting that was found{before} poured with other seeds.", heaps=heaps)
+    return replace(found, how=f"{origin}, poured with seeds that no search has seen.", heaps=heaps)
 
 
 def pour_at(

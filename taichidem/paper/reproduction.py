@@ -134,8 +134,7 @@ def reproduce(
     with RunStore(folder / STORE) as store:
         session = Session(folder, store, EFFORTS[effort], tell or NOTHING, executor)
         screening, surface = screen(session), fit_surface(session)
-        rounds = search(session, surface)
-        rounds += search_further(session, screening, rounds[-1]) or [confirm(session, rounds[-1], coarse_heap())]
+        rounds = find_setting(session, screening, surface)
         levels = rounds[-1].levels
         seeds = range(FINE_FIRST_SEED + 1, FINE_FIRST_SEED + 1 + session.effort.fine)
         fine = pour_and_keep(session, "fine_heaps", fine_heap(), session.model(levels), seeds)
@@ -146,6 +145,19 @@ def reproduce(
     result.save()
     write_page(result)
     return result
+
+
+def find_setting(session: Session, screening: Screening, surface: Surface) -> list[Optimum]:
+    """Return the rounds of the search for the laboratory's angle, over the surface and, where that isn't enough, beyond it.
+
+    The last is a confirmation: its heaps had no part in the search.
+    """
+    rounds = search(session, surface)
+    if rounds[-1].settled:
+        rounds.append(confirm(session, rounds[-1], coarse_heap(), 1, "The setting that was found"))
+    if not rounds[-1].settled:
+        rounds += search_further(session, screening, rounds[-1])
+    return rounds
 
 
 def _check_effort(folder: Path, effort: str) -> None:

@@ -74,7 +74,7 @@ class Session:
 
     def model(self, levels: Mapping[str, float]) -> Model:
         """Return the model at some levels of the paper's factors."""
-        return model_at(levels, softened=self.effort.softened)
+        return model_at(levels, stiffness=self.effort.stiffness)
 
 
 def means(rows: pd.DataFrame) -> pd.Series:

@@ -13,12 +13,27 @@ from taichidem.experiments import BulkDensity, FixedFunnel
 from taichidem.experiments.base import Outcome
 from taichidem.library import PAPER_HEAP
 from taichidem.paper import held_out, kept_heaps, next_factor, optimum, reproduction, session
+from taichidem.paper.effort import SOFT, Effort
+from taichidem.paper.heaps import model_at
+from taichidem.paper.kept_heaps import KeptHeaps
 from taichidem.snapshot import Snapshot
 from tests.analysis.conftest import cone_heap
 from tests.experiments.planted import snapshot
 
 SAME = "polypropylene-polypropylene"
 SCATTER = 0.3  # [deg] from heap to heap
+SMALL = Effort("quick", stiffness=SOFT, screening=1, surface=2, search=4, confirmation=6, fine=2, held_out=2)
+
+
+def model_of(levels):
+    """Return the model that the small flow has at some levels."""
+    return model_at(levels, stiffness=SMALL.stiffness)
+
+
+def kept(angles, diameter=0.006):
+    """Return heaps of these angles that were never poured."""
+    angles = tuple(angles)
+    return KeptHeaps(diameter, tuple(range(len(angles))), angles, angles, {"window": 0.3}, 1.0, 0, {}, {})
 
 
 def true_angle(model) -> float:
@@ -39,6 +54,7 @@ class PlantedHeap(FixedFunnel):
     rolling: ClassVar[float] = 0.0  # [deg], per unit of rolling friction
     bent: ClassVar[float] = 0.0  # [deg], five times that per root of what rolling friction has above its fixed value
     late_offset: ClassVar[float] = 0.0  # [deg], of heaps at an optimum: what a surface can't know
+    late: ClassVar[int] = 3000  # above which seeds have it
 
     def run(self, models, seeds, *, schedule="worlds", report=None, frames=None, checkpoint=None):
         outcomes = [self._one(model, seed) for model, seed in _pairs(models, seeds)]
@@ -50,7 +66,7 @@ class PlantedHeap(FixedFunnel):
     def _one(self, model, seed):
         if seed in self.failing:
             return Outcome({}, seed, "World 0 diverged")
-        angle = true_angle(model) + self.offset + (self.late_offset if seed > 3000 else 0.0)
+        angle = true_angle(model) + self.offset + (self.late_offset if seed > self.late else 0.0)
         rolling = {effect.name: effect.values for effect in model.effects}["rolling_constant_torque"]
         angle += self.rolling * rolling["rolling_friction"][SAME]
         angle += self.bent * np.sqrt(max(rolling["rolling_friction"][SAME] - 0.05, 0.0)) / 5
