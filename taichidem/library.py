@@ -6,8 +6,8 @@ from taichidem.effects import BodyGravity, NormalHertz, RollingConstantTorque, T
 from taichidem.materials import Material
 from taichidem.scene import Model
 
-REAL_POLYPROPYLENE_MODULUS = 1.3e9  # [Pa]
-SOFT_POLYPROPYLENE_MODULUS = 1e7  # [Pa], eleven times larger steps, no shift of the heap beyond seed scatter
+#: [Pa]. The real one is 1.3 GPa: eleven times larger steps, no shift of the heap beyond seed scatter.
+SOFT_POLYPROPYLENE_MODULUS = 1e7
 
 # Settings of `fixed_funnel` for the heaps of the paper: a cup of 100 mm, measured over rings.
 PAPER_HEAP = {

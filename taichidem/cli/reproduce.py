@@ -60,7 +60,7 @@ def reproduce(
 
 
 def _print(result: Reproduction) -> None:
-    from taichidem.paper.held_out import own_files
+    from taichidem.paper.held_out import MEASUREMENTS, own_files
 
     table = Table("", "paper", "ours", "wanted", "met", title="Sudsawat et al. (2023), reproduced")
     for check in result.checks:
@@ -69,6 +69,8 @@ def _print(result: Reproduction) -> None:
     for check in result.checks:
         if check.note:
             typer.echo(f"{check.name}: {check.note}")
-    other = "your measurements" if own_files(result.folder) else "grains of 3 mm with the same constants"
+    other = (
+        "your measurements" if MEASUREMENTS in own_files(result.folder) else "grains of 3 mm with the same constants"
+    )
     typer.echo(f"\nCoarse grains beside {other}, in other tests: {result.held_out.text}\n")
     typer.echo(f"{result.wall_s:.0f} s. wrote {result.folder / 'report.html'}")

@@ -66,12 +66,10 @@ def own_files(output: Path) -> tuple[str, ...]:
     return changed(output / FOLDER, (MEASUREMENTS, STUDY))
 
 
-def tests(scale: float) -> dict[str, Experiment]:
-    """Return the tests with grains of 3 mm times a scale."""
+def _fine_tests() -> dict[str, Experiment]:
+    """Return the tests with grains of 3 mm."""
     return {
-        name: plugins.get("experiment", kind)(
-            diameter=0.003 * scale, particles=round(count * (SCALE / scale) ** 3), **settings
-        )
+        name: plugins.get("experiment", kind)(diameter=0.003, particles=round(count * SCALE**3), **settings)
         for name, (kind, settings, count) in TESTS.items()
     }
 
@@ -79,12 +77,13 @@ def tests(scale: float) -> dict[str, Experiment]:
 def _reference(session: Session, model: Model) -> pd.DataFrame:
     """Return what the fine grains give, as a table of measurements."""
     seeds = range(FIRST_SEED + 1, FIRST_SEED + 1 + session.effort.held_out)
-    runs = [Run(test, model, seed, name) for name, test in tests(1.0).items() for seed in seeds]
+    tests = _fine_tests()
+    runs = [Run(test, model, seed, name) for name, test in tests.items() for seed in seeds]
     found = run_all(
         runs, session.store, lambda share: session.tell("held-out reference", share), executor=session.executor
     )
     rows = []
-    for name, test in tests(1.0).items():
+    for name, test in tests.items():
         (observable,) = test.observables
         own = found[found["experiment"] == name]
         if not (own["status"] == "done").all():

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
-from time import process_time
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
@@ -91,6 +91,10 @@ def pour_and_keep(session: Session, name: str, heap: FixedFunnel, model: Model, 
     missing = [run for run in runs if not _is_kept(session, folder, run)]
     if missing:
         _pour(session, folder, missing, 1 - len(missing) / len(runs))
+    for state in folder.glob(
+        "*.state"
+    ):  # of lots that were cut otherwise, on more processors, or kept just before a kill
+        state.unlink()
     stored = {run.key: run for run in session.store.runs(run.key for run in runs)}
     rows = [stored[run.key] for run in runs]
     good = [row for row in rows if row.status == "done"]
@@ -145,13 +149,12 @@ def _pour(session: Session, folder: Path, runs: Sequence[Run], before: float) ->
         lot = runs[first : first + worlds]
         rows = _poured(session, folder, lot, before + share * first, share * len(lot))
         session.store.add(*rows)
-        for state in folder.glob("*.state"):  # also of a lot that was cut otherwise, on more processors
-            state.unlink()
 
 
 def _poured(session: Session, folder: Path, lot: Sequence[Run], before: float, share: float) -> list[StoredRun]:
     heap, model, seeds = lot[0].experiment, lot[0].model, [run.seed for run in lot]
-    began = latest = process_time()
+    started, began = perf_counter(), process_time()
+    latest = began
 
     def told(done: float) -> None:
         nonlocal latest
@@ -162,13 +165,13 @@ def _poured(session: Session, folder: Path, lot: Sequence[Run], before: float, s
     taken_up = state.exists()
     outcomes = heap.run(model, seeds, report=told, checkpoint=state)
     # The last report comes when the last grain rests, before anything is measured. Of a pour taken up nobody knows the time.
-    each = (latest - began) / len(lot)
-    known = None if taken_up else each
+    known = None if taken_up else (latest - began) / len(lot)
+    wall = (perf_counter() - started) / len(lot)
     for run, outcome in zip(lot, outcomes, strict=True):
         if outcome.snapshot is not None:
             write_grains(_grains(folder, run.key), outcome.snapshot, time=outcome.snapshot.time)
-    rows = [stored_run(run, outcome, each) for run, outcome in zip(lot, outcomes, strict=True)]
-    return [StoredRun(**{**vars(row), "details": {**row.details, POURING: known}}) for row in rows]
+    rows = [stored_run(run, outcome, wall) for run, outcome in zip(lot, outcomes, strict=True)]
+    return [replace(row, details={**row.details, POURING: known}) for row in rows]
 
 
 def _draw(folder: Path, heap: FixedFunnel, model: Model, key: str) -> dict[str, Path]:

@@ -1,12 +1,13 @@
-"""Where the surface's three factors can't reach the laboratory's angle: the screening's next factor is freed as well."""
+"""Where the surface's three factors don't bring heaps to the laboratory's angle: the screening's next factor is freed as well."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
 
 from taichidem.heap_comparison import LABORATORY
 from taichidem.paper.heaps import similar_heap
@@ -18,52 +19,78 @@ from taichidem.paper.session import Session
 
 FIRST_SEED = 4000
 FIRST_CONFIRMATION = 2  # the first of all is the surface's own
-CONFIRMATIONS = 2  # at most: one that misses knows its mean better than any round, so it leads to a last one
+CONFIRMATIONS = (
+    2  # along the factor, at most: one that misses knows its mean better than any round, so it leads to a last one
+)
 TARGET = LABORATORY[0]
 PLACES = 2001  # tried along its range
+SMALLEST_STEP = 0.2  # of its range, so that the first two places are far enough apart to tell a slope from scatter
+
+Poured = Sequence[tuple[float, KeptHeaps]]  # the factor's value, and heaps there
 
 
 def search_further(session: Session, screening: Screening, last: Optimum) -> list[Optimum]:
-    """Return rounds of pouring along the next factor, the confirmation at its end.
+    """Return rounds of pouring along the next factor, a confirmation at the end.
 
     The setting is meant for the real grains. So the coarse ones fall twice as deep here, which gives them the real ones'
-    energy over weight times diameter; the first round shows what that alone does. The second goes where the screening's effect
-    would cross the laboratory's angle, and the line through both leads to the confirmation. Where that misses, its heaps join
-    the search, and the quadratic through all leads to a last one, which counts whatever it gives. Each has seeds of its own.
+    energy over weight times diameter; the first round shows what that alone does, and where it hits, it is confirmed. Else the
+    next goes where the screening's effect would cross the laboratory's angle, and the line through both leads to the
+    confirmation. Where that misses, its heaps join the search, and the quadratic through all leads to a last one, which counts
+    whatever it gives. Each has seeds of its own.
 
     Args:
         session: where heaps are poured and kept.
         screening: tells the factor.
-        last: the surface's last round.
+        last: the setting to start from, the surface's last round or the confirmation that refuted it.
     """
     how = "The same setting, with grains that fall twice as deep, which gives those of 6 mm the v²/(g d) of the real ones."
-    alone = _poured(session, dict(last.levels), None, how, 0)
+    rounds = [_poured(session, dict(last.levels), None, how, 0)]
+    number = FIRST_CONFIRMATION
+    if rounds[0].hits:
+        rounds.append(confirm(session, rounds[0], similar_heap(), number, "The same setting"))
+        number += 1
+        if rounds[-1].hits:
+            return rounds
     effects = dict(zip(screening.effects["factor"], screening.effects["effect"], strict=True))
-    freed = next_factor(effects, -alone.error)
-    if freed is None:
-        return [alone, confirm(session, alone, similar_heap(), FIRST_CONFIRMATION, "The same setting")]
-    return [alone, *_along(session, freed, effects[freed.letter], alone)]
+    freed = next_factor(effects, -rounds[-1].error)
+    if freed is not None:
+        return [*rounds, *_along(session, freed, effects[freed.letter], rounds, number)]
+    if rounds[-1].confirmation is None:
+        rounds.append(confirm(session, rounds[0], similar_heap(), number, "The same setting"))
+    return rounds
 
 
-def _along(session: Session, freed: PaperFactor, effect: float, alone: Optimum) -> list[Optimum]:
-    """Return the rounds along a factor, from heaps at its fixed value to the last confirmation."""
-    letter, poured = freed.letter, {freed.fixed: alone.heaps}
+def _along(
+    session: Session, freed: PaperFactor, effect: float, before: Sequence[Optimum], first: int
+) -> Iterator[Optimum]:
+    """Yield the rounds along a factor, from those at its fixed value to the last confirmation.
+
+    Args:
+        session: where heaps are poured and kept.
+        freed: the factor.
+        effect: from its low to its high value, by the screening [deg].
+        before: rounds at its fixed value.
+        first: number of the first confirmation.
+    """
+    letter, levels = freed.letter, before[0].levels
+    poured = [(freed.fixed, found.heaps) for found in before]
     value, predicted = where_to_pour(steadier(poured), freed, effect)
     how = (
         f"{letter} ({freed.meaning}), the screening's next factor with {effect:+.2f}°, is freed as well: {predicted:.2f}° "
         f"expected at {letter} = {value:.3g}."
     )
-    rounds = [_poured(session, {**alone.levels, letter: value}, predicted, how, 1)]
-    poured[value] = rounds[0].heaps
-    for number in range(FIRST_CONFIRMATION, FIRST_CONFIRMATION + CONFIRMATIONS):
+    found = _poured(session, {**levels, letter: value}, predicted, how, 1)
+    yield found
+    for number in range(first, first + CONFIRMATIONS):
+        poured.append((value, found.heaps))
         value, predicted = where_to_pour(steadier(poured), freed, effect)
-        found = replace(rounds[0], levels={**alone.levels, letter: value}, predicted=predicted)
-        origin = f"{letter} = {value:.3g} by the curve through the heaps at {len(poured)} values of {letter}"
-        rounds.append(confirm(session, found, similar_heap(), number, origin))
-        if rounds[-1].hits or value in poured:  # or at the end of the range again
+        known = {place for place, _ in poured}
+        found = replace(found, levels={**levels, letter: value}, predicted=predicted)
+        origin = f"{letter} = {value:.3g} by the curve through the heaps at {len(known)} values of {letter}"
+        found = confirm(session, found, similar_heap(), number, origin)
+        yield found
+        if found.hits or value in known:  # at the end of the range again
             break
-        poured[value] = rounds[-1].heaps
-    return rounds
 
 
 def _poured(session: Session, levels: dict[str, float], predicted: float | None, how: str, step: int) -> Optimum:
@@ -72,40 +99,43 @@ def _poured(session: Session, levels: dict[str, float], predicted: float | None,
     return Optimum(levels, predicted, how, heaps, raised=True)
 
 
-def steadier(poured: Mapping[float, KeptHeaps]) -> dict[float, list[float]]:
-    """Return value → angles from positions, shifted by the heaps' mean to what pictures give [deg].
+def steadier(poured: Poured) -> list[tuple[float, list[float]]]:
+    """Return value and angles from positions, shifted by the heaps' mean to what pictures give [deg].
 
     Positions scatter a fifth less from heap to heap than nine views do, so the search sees further with as many heaps.
     """
-    every = list(poured.values())
-    apart = np.concatenate([np.subtract(heaps.profile_angles, heaps.angles) for heaps in every]).mean()
-    return {value: [angle - apart for angle in heaps.profile_angles] for value, heaps in poured.items()}
+    apart = np.concatenate([np.subtract(heaps.profile_angles, heaps.angles) for _, heaps in poured]).mean()
+    return [(value, [angle - apart for angle in heaps.profile_angles]) for value, heaps in poured]
 
 
-def where_to_pour(poured: Mapping[float, Sequence[float]], factor: PaperFactor, effect: float) -> tuple[float, float]:
+def where_to_pour(
+    poured: Sequence[tuple[float, Sequence[float]]], factor: PaperFactor, effect: float
+) -> tuple[float, float]:
     """Return the factor's value whose expected angle is nearest to the laboratory's, and that angle [deg].
 
     Args:
-        poured: value → angles of the heaps poured there [deg].
+        poured: values, and angles of the heaps poured there [deg].
         factor: whose values these are.
         effect: from its low to its high value, by the screening [deg]; used while heaps were poured at one value only.
     """
-    values = np.repeat(list(poured), [len(angles) for angles in poured.values()])
-    angles = np.concatenate([list(given) for given in poured.values()])
-    if len(poured) == 1:
+    values = np.repeat([value for value, _ in poured], [len(angles) for _, angles in poured])
+    angles = np.concatenate([list(given) for _, given in poured])
+    different = len(np.unique(values))
+    places = np.linspace(*_span(values, angles, factor), PLACES)
+    if different == 1:
         slope = effect / (factor.high - factor.low)
         curve = Polynomial([angles.mean() - slope * values[0], slope])
+        places = places[np.abs(places - values[0]) >= SMALLEST_STEP * (factor.high - factor.low)]
     else:
-        curve = Polynomial.fit(values, angles, min(len(poured) - 1, 2))
-    places = np.linspace(*_span(poured, factor), PLACES)
+        curve = Polynomial.fit(values, angles, min(different - 1, 2))
     expected = curve(places)
     best = int(np.abs(expected - TARGET).argmin())
     return float(places[best]), float(expected[best])
 
 
-def _span(poured: Mapping[float, Sequence[float]], factor: PaperFactor) -> tuple[float, float]:
+def _span(values: NDArray[np.float64], angles: NDArray[np.float64], factor: PaperFactor) -> tuple[float, float]:
     """Return where to look: between the nearest values on both sides of the target where there are such, else everywhere."""
-    means = {value: float(np.mean(angles)) for value, angles in poured.items()}
+    means = {float(value): float(angles[values == value].mean()) for value in np.unique(values)}
     below = [value for value, mean in means.items() if mean < TARGET]
     above = [value for value, mean in means.items() if mean >= TARGET]
     if below and above:

@@ -22,7 +22,6 @@ FIRST_SEED, SEEDS_APART = 3000, 100
 CONFIRMATION_SEED = 7000
 ROUNDS = 3  # of searching and pouring; each pours with seeds of its own
 SAME = 0.02  # in coded units: a setting that moves less than this is the old one
-REACHED = 0.01  # [deg], of the expected angle: further away, no setting in the ranges is expected to hit
 STAGE = "optimum"
 MEASURED = ("B",)  # of the surface's factors: known of the grains themselves, so that no search may move it
 
@@ -37,6 +36,7 @@ class Optimum:
         how: sentences that say how the setting was found.
         heaps: of 6 mm at this setting.
         raised: whether the grains fell twice as deep as in the designs, so that they strike as the real ones do.
+        confirmation: number of the confirmation, from 1; None for a round of the search.
     """
 
     levels: Mapping[str, float]
@@ -44,6 +44,7 @@ class Optimum:
     how: str
     heaps: KeptHeaps
     raised: bool = False
+    confirmation: int | None = None
 
     @property
     def error(self) -> float:
@@ -57,8 +58,8 @@ class Optimum:
 
     @property
     def out_of_reach(self) -> bool:
-        """Whether even the expected angle differs from the laboratory's."""
-        return self.predicted is not None and abs(self.predicted - LABORATORY[0]) > REACHED
+        """Whether even the expected angle lies beyond the laboratory's uncertainty."""
+        return self.predicted is not None and abs(self.predicted - LABORATORY[0]) > LABORATORY[1]
 
     @property
     def settled(self) -> bool:
@@ -117,7 +118,8 @@ def confirm(session: Session, found: Optimum, heap: FixedFunnel, number: int, or
     """
     name, first = f"confirmation_heaps_{number}", CONFIRMATION_SEED + SEEDS_APART * (number - 1)
     heaps = pour_at(session, found.levels, name, first, session.effort.confirmation, heap)
-    return replace(found, how=f"{origin}, poured with seeds that no search has seen.", heaps=heaps)
+    how = f"{origin}, poured with seeds that no search has seen."
+    return replace(found, how=how, heaps=heaps, confirmation=number)
 
 
 def pour_at(

@@ -87,6 +87,7 @@ class Reproduction(ResultFile):
                         "predicted_deg": r.predicted,
                         "how": r.how,
                         "raised": r.raised,
+                        "confirmation": r.confirmation,
                         "hits": r.hits,
                         "heaps": r.heaps.as_dict(),
                     }

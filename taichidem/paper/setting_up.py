@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from taichidem import __version__, runtime
 from taichidem.experiments import FixedFunnel
 from taichidem.heap_views import AZIMUTHS
-from taichidem.paper.heaps import coarse_heap, fine_heap, similar_heap
+from taichidem.paper.effort import EFFORTS
+from taichidem.paper.heaps import coarse_heap, fine_heap, model_at, similar_heap
 from taichidem.physics_version import PHYSICS_VERSION
 
 if TYPE_CHECKING:
@@ -19,11 +21,13 @@ COARSE, FINE, FURTHER = "6 mm", "3 mm", "6 mm, twice the fall"
 
 
 def conditions(result: Reproduction) -> dict[str, Any]:
-    """Return the settings of each kind of heap in SI, the fit window, version, physics version, processor and threads."""
+    """Return the settings of each kind of heap in SI, fit window, effort, stiffness, version, physics version and processor."""
     running = runtime.in_use()
     return {
         "heaps": {name: heap.settings.model_dump() for name, heap in heaps(result.rounds).items()},
         "measured": window_text(),
+        "effort": asdict(EFFORTS[result.effort]),
+        "youngs_modulus_Pa": model_at({}, stiffness=EFFORTS[result.effort].stiffness).materials[0].youngs_modulus,
         "version": __version__,
         "physics": PHYSICS_VERSION,
         "arch": running.arch,

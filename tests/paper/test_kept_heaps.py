@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from taichidem.errors import SimulationError
 from taichidem.paper import kept_heaps
 from taichidem.paper.checks import _of_heaps, _of_time, time_saved
 from taichidem.paper.optimum import search
@@ -88,8 +89,8 @@ def test_a_pour_that_is_stopped_goes_on_from_its_checkpoint_and_is_not_timed(ben
     assert np.isnan(found.pouring)
     assert not list((bench.folder / "heaps").glob("*.state"))
     (check,) = [_of_time(found, found)]
-    assert check.met is False
-    assert "Not known" in check.note
+    assert check.met is None
+    assert check.ours == "not known"
 
 
 @pytest.mark.parametrize(
@@ -101,3 +102,24 @@ def test_a_confirmation_counts_within_the_paper_s_own_error(diameter, angle, met
     assert check.met is met
     assert f"E = {angle - 30.18:+.2f}° with u_val = 0." in check.note
     assert ("Why." in check.note) is not met
+
+
+def test_one_heap_confirms_nothing():
+    check = _of_heaps(kept([30.2], 0.003), "Why.")
+    assert check.met is None
+    assert "nan" not in check.ours + check.note
+
+
+def test_heaps_that_all_fail_end_it(bench, monkeypatch):
+    monkeypatch.setattr(PlantedHeap, "failing", {1, 2})
+    with pytest.raises(SimulationError, match=r"Every heap of heaps failed\. The first: World 0 diverged"):
+        kept_heaps.pour_and_keep(bench, "heaps", planted_heap.coarse_heap(), model_of({}), [1, 2])
+
+
+def test_a_checkpoint_that_a_kill_left_behind_is_cleared(bench):
+    heaps = (bench, "heaps", planted_heap.coarse_heap(), model_of({}), [1])
+    kept_heaps.pour_and_keep(*heaps)
+    left = bench.folder / "heaps" / "0123.state"
+    left.write_text("so far")
+    kept_heaps.pour_and_keep(*heaps)
+    assert not left.exists()

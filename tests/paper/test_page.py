@@ -11,8 +11,8 @@ from analysis import Optimise, ResponseSurface
 from analysis.report import Report
 from taichidem import runtime
 from taichidem.paper import page, page_tables, published, setting_up
-from taichidem.paper.kept_heaps import KeptHeaps
 from taichidem.paper.surface import SETTINGS
+from tests.paper.planted_heap import kept
 
 
 @pytest.fixture(scope="module")
@@ -61,10 +61,7 @@ def test_the_model_summary_shows_what_is_printed_what_its_table_gives_and_ours(s
 
 
 def test_angles_of_our_heaps_are_told_with_the_registered_statistics():
-    def kept(*angles):
-        return KeptHeaps(0.006, tuple(range(len(angles))), angles, angles, {}, 1.0, 0, {}, {})
-
-    coarse, fine = page_tables.angles({"coarse": kept(29.0, 30.0, 31.0), "fine": kept(28.0, 29.0)})
+    coarse, fine = page_tables.angles({"coarse": kept([29.0, 30.0, 31.0]), "fine": kept([28.0, 29.0])})
     assert (coarse["N"], coarse["Mean"], coarse["SD"], coarse["Min"], coarse["Max"]) == (3, 30.0, 1.0, 29.0, 31.0)
     assert (fine["N"], fine["Mean"]) == (2, 28.5)
     assert fine["SD"] == pytest.approx(np.sqrt(0.5))
@@ -83,14 +80,20 @@ def rounds(*raised):
     return [SimpleNamespace(raised=each) for each in raised]
 
 
+def poured(*raised):
+    return SimpleNamespace(rounds=rounds(*raised), effort="quick")
+
+
 def test_conditions_hold_every_kind_of_heap_that_was_poured_and_what_computed_it():
-    plain = setting_up.conditions(SimpleNamespace(rounds=rounds(False)))
+    plain = setting_up.conditions(poured(False))
     assert list(plain["heaps"]) == ["6 mm", "3 mm"]
     assert plain["heaps"]["3 mm"]["particles"] == 20000
     assert plain["heaps"]["6 mm"]["diameter"] == 0.006
     assert (plain["arch"], plain["threads"]) == (runtime.in_use().arch, runtime.in_use().threads)
     assert {"version", "physics"} <= set(plain)
-    further = setting_up.conditions(SimpleNamespace(rounds=rounds(False, True)))
+    assert plain["youngs_modulus_Pa"] == pytest.approx(1e7)
+    assert plain["effort"]["confirmation"] == 16
+    further = setting_up.conditions(poured(False, True))
     assert [heap["stream_bottom"] for heap in further["heaps"].values()] == [0.065, 0.065, 0.1]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from taichidem.errors import InputError, SimulationError
 from taichidem.heap_comparison import LABORATORY
 from taichidem.paper import held_out, reproduction, session
 from taichidem.paper.checks import _of_failures
+from taichidem.paper.page import write_page
 from taichidem.paper.published import REMARKS
 from taichidem.paper.reproduction import reproduce
 from taichidem.paper.screening import screen
@@ -187,3 +189,19 @@ def test_heaps_left_out_are_told(result):
     assert [check.ours for check in told] == [f"1 of {12 + 34 + 2}"]
     assert "World 0 diverged" in told[0].note
     assert not list(_of_failures(result.screening, result.surface, [result.fine]))
+
+
+@pytest.mark.parametrize(("file", "hers"), [("measurements.csv", True), ("study.toml", False)])
+def test_only_own_measurements_are_called_hers(result, command, monkeypatch, tmp_path, file, hers):
+    folder = tmp_path / "quick"
+    shutil.copytree(result.folder, folder)
+    with (folder / "held_out" / file).open("a") as changed:
+        changed.write("\n")
+    moved = replace(result, folder=folder)
+    page = html.unescape(write_page(moved).read_text(encoding="utf-8"))
+    assert ("beside your measurements" in page) is hers
+    assert ("real grains (3 mm) with the same constants" in page) is not hers
+    assert f"{file} there is not as this program wrote" in page
+    monkeypatch.setattr(reproduction, "reproduce", lambda *given, executor: moved)
+    _, out, _ = command("reproduce", "paper", "-o", folder)
+    assert ("Coarse grains beside your measurements" in out) is hers

@@ -47,14 +47,62 @@ def test_a_setting_that_its_confirmation_refutes_is_searched_further(bench, monk
     monkeypatch.setattr(PlantedHeap, "late_offset", -1.5)
     monkeypatch.setattr(PlantedHeap, "late", 7000)  # the confirmation's seeds
     monkeypatch.setattr(PlantedHeap, "rolling", 25.0)
-    rounds = find_setting(bench, screen(bench), fit_surface(bench))
+    screening, surface = screen(bench), fit_surface(bench)
+    rounds = find_setting(bench, screening, surface)
     raised = [found.raised for found in rounds]
     refuted = rounds[raised.index(True) - 1]
     assert rounds[0].hits
-    assert refuted.heaps.seeds[0] > 7000
+    assert refuted.heaps.seeds == tuple(range(7001, 7001 + SMALL.confirmation))
     assert not refuted.hits
     assert all(raised[raised.index(True) :])
     seeds = [seed for found in rounds for seed in found.heaps.seeds]
+    assert len(set(seeds)) == len(seeds)
+    numbers = [found.confirmation for found in rounds if found.confirmation]
+    assert numbers == list(range(1, 1 + len(numbers)))
+    assert rounds[-1].confirmation == numbers[-1] >= 2
+    assert len(rounds[-1].heaps.seeds) == SMALL.confirmation
+    fine = replace(rounds[-1].heaps, diameter=0.003)
+    checks = {c.name: c for c in checks_of(screening, surface, rounds, fine)}
+    assert checks["heap at the surface's optimum of F, D, B, 6 mm"].met is False
+    told = f"Confirmations before it, at other settings, missed with {refuted.heaps.mean:.2f}°"
+    assert told in checks["confirmation, 6 mm"].note
+
+
+def test_heaps_that_hit_where_they_were_not_expected_to_settle_nothing(bench, monkeypatch):
+    monkeypatch.setattr(PlantedHeap, "offset", -4.5 - 25.0 * 0.05)
+    monkeypatch.setattr(PlantedHeap, "late_offset", 2.0)  # at the optimum: 30.5° where 28.5° is expected
+    monkeypatch.setattr(PlantedHeap, "rolling", 25.0)
+    rounds = find_setting(bench, screen(bench), fit_surface(bench))
+    assert rounds[0].hits
+    assert rounds[0].out_of_reach
+    assert not rounds[0].settled
+    assert rounds[1].raised
+
+
+def test_a_deeper_fall_that_alone_brings_the_angle_is_confirmed_at_once(bench, monkeypatch):
+    screening, surface = screen(bench), fit_surface(bench)
+    last = search(bench, surface)[-1]
+    monkeypatch.setattr(PlantedHeap, "raised", 0.0)
+    alone, confirmed = search_further(bench, screening, last)
+    assert alone.hits
+    assert confirmed.hits
+    assert (confirmed.levels, confirmed.confirmation) == (alone.levels, 2)
+
+
+def test_where_that_is_refuted_the_next_factor_is_freed_from_all_heaps_so_far(bench, monkeypatch):
+    screening, surface = screen(bench), fit_surface(bench)
+    last = search(bench, surface)[-1]
+    monkeypatch.setattr(PlantedHeap, "raised", 0.0)
+    monkeypatch.setattr(PlantedHeap, "late_offset", -1.0)
+    monkeypatch.setattr(PlantedHeap, "late", 7000)
+    monkeypatch.setattr(PlantedHeap, "rolling", 25.0)
+    monkeypatch.setattr(PlantedHeap, "offset", -25.0 * 0.05)  # as it was at H = 0.05
+    alone, refuted, step, *confirmations = search_further(bench, screening, last)
+    assert alone.hits
+    assert not refuted.hits
+    assert "the screening's next factor" in step.how
+    assert [found.confirmation for found in confirmations] == list(range(3, 3 + len(confirmations)))
+    seeds = [seed for found in (alone, refuted, step, *confirmations) for seed in found.heaps.seeds]
     assert len(set(seeds)) == len(seeds)
 
 
@@ -129,10 +177,11 @@ def test_the_next_factor_is_the_one_with_room_on_the_wanted_side(effects, wanted
 def test_steps_follow_the_effect_then_a_line_then_a_quadratic():
     (rolling,) = (factor for factor in FACTORS if factor.letter == "H")
     near = lambda *pair: pytest.approx(pair, abs=2e-3)  # noqa: E731  # places along the range
-    assert where_to_pour({0.05: [28.08, 28.28]}, rolling, 3.9) == near(0.25, 30.18)
-    assert where_to_pour({0.05: [28.18], 0.25: [32.18]}, rolling, 3.9) == near(0.15, 30.18)
-    assert where_to_pour({0.05: [20.18]}, rolling, 3.9) == near(0.44, 24.08)
-    bent = {h: [25.0 + 50.0 * h - 60.0 * h * h] for h in (0.05, 0.1, 0.3)}
+    assert where_to_pour([(0.05, [28.08, 28.28])], rolling, 3.9) == near(0.25, 30.18)
+    assert where_to_pour([(0.05, [28.18]), (0.25, [32.18])], rolling, 3.9) == near(0.15, 30.18)
+    assert where_to_pour([(0.05, [20.18])], rolling, 3.9) == near(0.44, 24.08)
+    assert where_to_pour([(0.05, [29.98])], rolling, 3.9) == near(0.128, 30.76)  # a fifth of the range at least
+    bent = [(h, [25.0 + 50.0 * h - 60.0 * h * h]) for h in (0.05, 0.1, 0.3)]
     value, expected = where_to_pour(bent, rolling, 3.9)
     assert 25.0 + 50.0 * value - 60.0 * value**2 == pytest.approx(LABORATORY[0], abs=0.02)
     assert expected == pytest.approx(LABORATORY[0], abs=0.02)
@@ -141,6 +190,7 @@ def test_steps_follow_the_effect_then_a_line_then_a_quadratic():
 def test_the_search_goes_by_positions_shifted_to_what_pictures_give():
     first = replace(kept([29.0, 30.0]), profile_angles=(30.2, 30.8))
     other = replace(kept([34.0, 33.0]), profile_angles=(35.1, 33.9))
-    found = steadier({0.05: first, 0.2: other})
-    assert found[0.05] == pytest.approx([29.2, 29.8])
-    assert found[0.2] == pytest.approx([34.1, 32.9])
+    (low, at_low), (high, at_high) = steadier([(0.05, first), (0.2, other)])
+    assert (low, high) == (0.05, 0.2)
+    assert at_low == pytest.approx([29.2, 29.8])
+    assert at_high == pytest.approx([34.1, 32.9])
