@@ -82,7 +82,7 @@ def test_the_checks_are_told_by_table_page_and_file(result):
     for check in result.checks:
         assert check.name in page
     assert 'src="http' not in page
-    assert len(re.findall(r'<img src="data:image/png', page)) >= 8
+    assert len(re.findall(r'<img src="data:image/(?:png|webp)', page)) >= 8
     for said in ("0.40–0.92 of the cup radius", "by 1 % of itself", "n = 100", "29.25–30.86", REMARKS, "376.878"):
         assert said in html.unescape(page)
     held = json.loads((result.folder / "paper.json").read_text())

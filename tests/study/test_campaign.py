@@ -10,12 +10,12 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from taichidem import runtime
 from taichidem.errors import CompositionError, EnvironmentProblem, InputError
 from taichidem.study import Run, RunStore, campaign, execution, read_study, run_all, simulate, summarise
 from taichidem.study.execution import batches, execute, second_seed
@@ -201,9 +201,11 @@ def test_runs_of_one_experiment_and_composition_share_a_batch(study):
         assert len({(id(run.experiment), run.model is fewer) for run in batch}) == 1
 
 
-def test_a_batch_holds_two_worlds_per_thread(study, store):
+@pytest.mark.parametrize(("threads", "worlds"), [(1, 1), (2, 4), (3, 6)])
+def test_a_batch_holds_two_worlds_per_thread_and_one_on_a_single_thread(study, store, monkeypatch, threads, worlds):
+    monkeypatch.setattr(campaign.runtime, "start", lambda: SimpleNamespace(threads=threads))
     run_all(made(study, range(20)), store)
-    assert max(len(batch) for batch in Quick.batches) == min(20, 2 * runtime.start().threads)
+    assert max(len(batch) for batch in Quick.batches) == worlds
 
 
 def test_progress_rises_to_one(study, store):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import json
 import re
 import sys
@@ -10,6 +12,7 @@ from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from taichidem.cli import main
@@ -268,9 +271,15 @@ def test_a_large_picture_is_made_small_enough_to_mail(tmp_path):
 
     from taichidem.study.report.embedded import WIDEST, pictures
 
-    Image.new("RGB", (3000, 1000), "white").save(tmp_path / "wide.png")
+    speckled = np.random.default_rng(1).integers(0, 256, (1000, 3000, 3), dtype=np.uint8)
+    Image.fromarray(speckled).save(tmp_path / "wide.png")
     (picture,) = pictures({"heap_wide": "wide.png"}, tmp_path)
     assert (picture.width, picture.height) == (WIDEST, round(WIDEST / 3))
+    kind, _, content = picture.source.partition(",")
+    assert kind == "data:image/webp;base64"
+    shown = Image.open(io.BytesIO(base64.b64decode(content)))
+    assert shown.size == (picture.width, picture.height)
+    assert len(content) < (tmp_path / "wide.png").stat().st_size / 5
     assert not pictures({"standardised_errors": "wide.png", "waterfall": "wide.png"}, tmp_path)  # drawn by the page
 
 
