@@ -18,7 +18,7 @@ from taichidem.paper.screening import Screening
 from taichidem.paper.session import Session
 
 FIRST_SEED = 4000
-FIRST_CONFIRMATION = 2  # the first of all is the surface's own
+FIRST_CONFIRMATION = 2  # series of seeds; the first is the surface's own
 CONFIRMATIONS = (
     2  # along the factor, at most: one that misses knows its mean better than any round, so it leads to a last one
 )
@@ -70,7 +70,7 @@ def _along(
         freed: the factor.
         effect: from its low to its high value, by the screening [deg].
         before: rounds at its fixed value.
-        first: number of the first confirmation.
+        first: series of seeds of the first confirmation.
     """
     letter, levels = freed.letter, before[0].levels
     poured = [(freed.fixed, found.heaps) for found in before]

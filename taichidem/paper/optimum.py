@@ -36,7 +36,7 @@ class Optimum:
         how: sentences that say how the setting was found.
         heaps: of 6 mm at this setting.
         raised: whether the grains fell twice as deep as in the designs, so that they strike as the real ones do.
-        confirmation: number of the confirmation, from 1; None for a round of the search.
+        confirmation: number of its series of seeds, from 1; None for a round of the search.
     """
 
     levels: Mapping[str, float]
@@ -113,7 +113,7 @@ def confirm(session: Session, found: Optimum, heap: FixedFunnel, number: int, or
         session: where they are poured and kept.
         found: the setting.
         heap: how they are poured.
-        number: of the confirmation, from 1; each has seeds of its own.
+        number: of its series of seeds, from 1; each confirmation has seeds of its own.
         origin: where the setting comes from, in words that go on with "poured with seeds that no search has seen".
     """
     name, first = f"confirmation_heaps_{number}", CONFIRMATION_SEED + SEEDS_APART * (number - 1)
