@@ -113,8 +113,8 @@ def side_views(
 
 def _fill(plotter: Any, grains: Grains, surfaces: list[pv.PolyData]) -> None:
     """Put grains and walls into a scene, each opaque in one colour."""
-    # Without a graphics card, smoothed edges cost a third more time for spheres, whose own edges are never smoothed, and five
-    # times as much for meshes.
+    # Without a graphics card smoothed edges cost spheres, whose own edges are never smoothed, a third more time, and meshes
+    # five times as much.
     plotter.render_window.SetMultiSamples(0)
     add_grains(plotter, grains, np.full((len(grains), 3), GRAIN_COLOUR, np.uint8))
     for surface in surfaces:

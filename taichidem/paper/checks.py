@@ -17,6 +17,7 @@ from taichidem.paper.surface import Surface
 LARGEST_RMS = 2.5  # [deg], of our mean angles at the paper's fifteen points; one heap scatters by 1.3
 SMALLEST_RANK_CORRELATION = 0.85
 FEWEST = 2  # heaps that tell how far they scatter
+ONE = "One heap: how far others scatter around it is not known."
 VERDICTS = {
     "within_uncertainty": "agreement within the uncertainty",
     "not_established": "a difference is not established",
@@ -113,17 +114,26 @@ def _of_optimum(optimum: Optimum) -> Check:
     return Check(
         f"heap at the surface's optimum of {', '.join(optimum.levels)}, 6 mm",
         f"{CONFIRMED[6.0][0]:.2f}°",
-        f"{optimum.heaps.mean:.2f}° ± {optimum.heaps.u:.2f}°",
+        _mean_text(optimum.heaps),
         f"{target:g}° ± {u:g}°",
-        optimum.hits,
-        optimum.why_not(),
+        optimum.settled if _tells_scatter(optimum.heaps) else None,
+        optimum.why_not() if _tells_scatter(optimum.heaps) else ONE,
     )
 
 
 def _missed_before(rounds: Sequence[Optimum]) -> str:
     """Return a sentence on confirmations that missed before the last, which is one chance more; or nothing."""
-    missed = [f"{found.heaps.mean:.2f}° ± {found.heaps.u:.2f}°" for found in rounds[:-1] if found.confirmation]
-    return f"Confirmations before it, at other settings, missed with {', '.join(missed)}." if missed else ""
+    missed = [_mean_text(found.heaps) for found in rounds[:-1] if found.confirmation]
+    return f"Confirmations before it missed with {', '.join(missed)}." if missed else ""
+
+
+def _mean_text(heaps: KeptHeaps) -> str:
+    """Return the mean, with its uncertainty where there are heaps that tell it."""
+    return f"{heaps.mean:.2f}°" + (f" ± {heaps.u:.2f}°" if _tells_scatter(heaps) else "")
+
+
+def _tells_scatter(heaps: KeptHeaps) -> bool:
+    return len(heaps.angles) >= FEWEST
 
 
 def _of_heaps(heaps: KeptHeaps, why_not: str, before: str = "") -> Check:
@@ -138,16 +148,15 @@ def _of_heaps(heaps: KeptHeaps, why_not: str, before: str = "") -> Check:
     angle, allowed = CONFIRMED[round(size, 3)]
     wanted = f"{LABORATORY[0]:g}° within {allowed:g} %, that is {allowed / 100 * LABORATORY[0]:.2f}°"
     name, paper = f"confirmation, {size:g} mm", f"{angle:g}°, {allowed:g} % off"
-    if len(heaps.angles) < FEWEST:
-        only = f"{heaps.mean:.2f}°, {relative_error(heaps):.2f} % off"
-        return Check(name, paper, only, wanted, None, "One heap: how far others scatter around it is not known.")
+    ours = f"{_mean_text(heaps)}, {relative_error(heaps):.2f} % off"
+    if not _tells_scatter(heaps):
+        return Check(name, paper, ours, wanted, None, " ".join(note for note in (ONE, before) if note))
     found = heaps.comparison()
     met = relative_error(heaps) <= allowed
     worth = (
         f"E = {found.error:+.2f}° with u_val = {found.validation_uncertainty:.2f}° ({found.degrees_of_freedom:.0f} degrees of "
         f"freedom; heaps, laboratory, {', '.join(heaps.shared)}): {VERDICTS[found.verdict]}."
     )
-    ours = f"{heaps.mean:.2f}° ± {heaps.u:.2f}°, {relative_error(heaps):.2f} % off"
     notes = [worth, "" if met else why_not, before]
     return Check(name, paper, ours, wanted, met, " ".join(note for note in notes if note))
 

@@ -23,7 +23,7 @@ from taichidem.render import heap_picture
 from taichidem.scene import Model
 from taichidem.simulation import Simulation
 from taichidem.study import Run, StoredRun
-from taichidem.study.campaign import WORLDS_PER_THREAD
+from taichidem.study.campaign import worlds_at_once
 from taichidem.study.execution import stored_run
 from taichidem.whole_file import whole_file
 
@@ -91,9 +91,7 @@ def pour_and_keep(session: Session, name: str, heap: FixedFunnel, model: Model, 
     missing = [run for run in runs if not _is_kept(session, folder, run)]
     if missing:
         _pour(session, folder, missing, 1 - len(missing) / len(runs))
-    for state in folder.glob(
-        "*.state"
-    ):  # of lots that were cut otherwise, on more processors, or kept just before a kill
+    for state in folder.glob("*.state"):  # of lots kept just before a kill, or cut otherwise, on more processors
         state.unlink()
     stored = {run.key: run for run in session.store.runs(run.key for run in runs)}
     rows = [stored[run.key] for run in runs]
@@ -142,7 +140,7 @@ def _grains(folder: Path, key: str) -> Path:
 def _pour(session: Session, folder: Path, runs: Sequence[Run], before: float) -> None:
     """Pour a few heaps at a time and keep each lot at once; a lot that is stopped is taken up from its checkpoint."""
     heap, model = runs[0].experiment, runs[0].model
-    worlds = WORLDS_PER_THREAD * runtime.start().threads
+    worlds = worlds_at_once(runtime.start().threads)
     Simulation([heap.scene(model)] * min(worlds, len(runs))).run_steps(1)  # compiles
     share = (1 - before) / len(runs)
     for first in range(0, len(runs), worlds):

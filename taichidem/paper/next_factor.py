@@ -19,12 +19,11 @@ from taichidem.paper.session import Session
 
 FIRST_SEED = 4000
 FIRST_CONFIRMATION = 2  # series of seeds; the first is the surface's own
-CONFIRMATIONS = (
-    2  # along the factor, at most: one that misses knows its mean better than any round, so it leads to a last one
-)
+#: Along the factor, at most: one that misses knows its mean better than any round, so it leads to a last one.
+CONFIRMATIONS = 2
 TARGET = LABORATORY[0]
 PLACES = 2001  # tried along its range
-SMALLEST_STEP = 0.2  # of its range, so that the first two places are far enough apart to tell a slope from scatter
+SMALLEST_STEP = 0.2  # of its range: nearer places hardly tell a slope from scatter
 
 Poured = Sequence[tuple[float, KeptHeaps]]  # the factor's value, and heaps there
 
@@ -89,7 +88,7 @@ def _along(
         origin = f"{letter} = {value:.3g} by the curve through the heaps at {len(known)} values of {letter}"
         found = confirm(session, found, similar_heap(), number, origin)
         yield found
-        if found.hits or value in known:  # at the end of the range again
+        if found.hits or value in known:  # at the end of the range again, which is as near as it gets
             break
 
 
@@ -116,21 +115,29 @@ def where_to_pour(
     Args:
         poured: values, and angles of the heaps poured there [deg].
         factor: whose values these are.
-        effect: from its low to its high value, by the screening [deg]; used while heaps were poured at one value only.
+        effect: from its low to its high value, by the screening [deg].
     """
     values = np.repeat([value for value, _ in poured], [len(angles) for _, angles in poured])
     angles = np.concatenate([list(given) for _, given in poured])
-    different = len(np.unique(values))
     places = np.linspace(*_span(values, angles, factor), PLACES)
-    if different == 1:
-        slope = effect / (factor.high - factor.low)
-        curve = Polynomial([angles.mean() - slope * values[0], slope])
+    if len(np.unique(values)) == 1:
         places = places[np.abs(places - values[0]) >= SMALLEST_STEP * (factor.high - factor.low)]
-    else:
-        curve = Polynomial.fit(values, angles, min(different - 1, 2))
-    expected = curve(places)
+    expected = _curve(values, angles, effect / (factor.high - factor.low))(places)
     best = int(np.abs(expected - TARGET).argmin())
     return float(places[best]), float(expected[best])
+
+
+def _curve(values: NDArray[np.float64], angles: NDArray[np.float64], screened: float) -> Polynomial:
+    """Return the line through two values or the parabola through more; a line that falls where it should rise is scatter.
+
+    For one value, and for such a line, it is the one with the screening's slope.
+    """
+    different = len(np.unique(values))
+    if different > 1:
+        fitted = Polynomial.fit(values, angles, min(different - 1, 2))
+        if different > 2 or fitted.deriv()(values[0]) * screened > 0:
+            return fitted
+    return Polynomial([angles.mean() - screened * values.mean(), screened])
 
 
 def _span(values: NDArray[np.float64], angles: NDArray[np.float64], factor: PaperFactor) -> tuple[float, float]:

@@ -67,9 +67,11 @@ class Optimum:
         return self.hits and not self.out_of_reach
 
     def why_not(self) -> str:
-        """Return what keeps the heaps from the laboratory's angle, or nothing where they hit."""
-        if self.hits:
+        """Return what keeps the setting from the laboratory's angle, or nothing where it is settled."""
+        if self.settled:
             return ""
+        if self.hits:
+            return f"These heaps hit by chance: {self.predicted:.2f}° is what is expected there."
         if self.out_of_reach:
             return (
                 f"{self.predicted:.2f}° is the nearest to {LABORATORY[0]:g}° that is expected in the ranges searched: with the "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,7 @@ from taichidem.study.report.embedded import Picture, pictures
 from taichidem.whole_file import save_figure, write_whole
 
 if TYPE_CHECKING:
+    from taichidem.paper.optimum import Optimum
     from taichidem.paper.reproduction import Reproduction
 
 FILE = "report.html"
@@ -53,6 +54,7 @@ def _content(result: Reproduction, drawn: Mapping[str, Any]) -> dict[str, Any]:
         "result": result,
         "effort": EFFORTS[result.effort],
         "checks": result.checks,
+        "rounds": _named(result.rounds),
         "pictures": {name: _embedded(file, folder) for name, file in files.items()},
         "contours": [_embedded(file, folder) for file in _contours(folder)],
         **_tables(result),
@@ -66,6 +68,15 @@ def _content(result: Reproduction, drawn: Mapping[str, Any]) -> dict[str, Any]:
         "now": datetime.now().astimezone(),
         "version": __version__,
     }
+
+
+def _named(rounds: Sequence[Optimum]) -> dict[str, Optimum]:
+    """Return the rounds of the search and the confirmations, each kind numbered from 1."""
+    named: dict[str, Optimum] = {}
+    for found in rounds:
+        kind = "Confirmation" if found.confirmation else "Round"
+        named[f"{kind} {1 + sum(name.startswith(kind) for name in named)}"] = found
+    return named
 
 
 def _tables(result: Reproduction) -> dict[str, Any]:

@@ -93,8 +93,7 @@ def _simulate(
 ) -> set[str]:
     """Simulate runs, here or on workers, and write them; return the keys of those that another process made meanwhile."""
     if worlds is None:
-        threads = runtime.start().threads if executor is None else threads_of(executor)
-        worlds = WORLDS_PER_THREAD * threads if threads > 1 else 1
+        worlds = worlds_at_once(runtime.start().threads if executor is None else threads_of(executor))
     rest = _Rest(batches(sound, worlds), store, progress, retry_failed)
     finished = (
         (execute(part, progress.within([run.key for run in part])) for part in rest)
@@ -106,6 +105,12 @@ def _simulate(
             rest.elsewhere()
         progress.add([row.key for row in rows])
     return rest.found
+
+
+def worlds_at_once(threads: int) -> int:
+    """Return how many worlds make a batch for a number of threads."""
+    on_one_core = threads == 1 and runtime.in_use().arch == "cpu"
+    return 1 if on_one_core else WORLDS_PER_THREAD * threads
 
 
 class _Rest:

@@ -10,8 +10,8 @@ import pytest
 
 from taichidem.errors import SimulationError
 from taichidem.paper import kept_heaps
-from taichidem.paper.checks import _of_heaps, _of_time, time_saved
-from taichidem.paper.optimum import search
+from taichidem.paper.checks import _of_heaps, _of_optimum, _of_time, time_saved
+from taichidem.paper.optimum import Optimum, search
 from taichidem.paper.surface import fit_surface
 from tests.paper import planted_heap
 from tests.paper.planted_heap import PlantedHeap, kept, model_of
@@ -27,7 +27,7 @@ def test_a_failed_heap_is_left_out(bench, monkeypatch):
 
 
 def test_what_was_poured_before_a_stop_is_kept(bench, monkeypatch):
-    monkeypatch.setattr(kept_heaps, "WORLDS_PER_THREAD", 1)
+    monkeypatch.setattr(kept_heaps, "worlds_at_once", lambda threads: threads)
     monkeypatch.setattr(kept_heaps.runtime, "start", lambda: SimpleNamespace(threads=2))
     pour = PlantedHeap.run
     lots = []
@@ -105,9 +105,13 @@ def test_a_confirmation_counts_within_the_paper_s_own_error(diameter, angle, met
 
 
 def test_one_heap_confirms_nothing():
-    check = _of_heaps(kept([30.2], 0.003), "Why.")
+    check = _of_heaps(kept([30.2], 0.003), "Why.", "One before it missed.")
     assert check.met is None
     assert "nan" not in check.ours + check.note
+    assert "One before it missed." in check.note
+    by_surface = _of_optimum(Optimum({"F": 0.5}, 30.2, "", kept([30.2])))
+    assert by_surface.met is None
+    assert "nan" not in by_surface.ours + by_surface.note
 
 
 def test_heaps_that_all_fail_end_it(bench, monkeypatch):

@@ -64,7 +64,7 @@ def test_a_setting_that_its_confirmation_refutes_is_searched_further(bench, monk
     fine = replace(rounds[-1].heaps, diameter=0.003)
     checks = {c.name: c for c in checks_of(screening, surface, rounds, fine)}
     assert checks["heap at the surface's optimum of F, D, B, 6 mm"].met is False
-    told = f"Confirmations before it, at other settings, missed with {refuted.heaps.mean:.2f}°"
+    told = f"Confirmations before it missed with {refuted.heaps.mean:.2f}° ± "
     assert told in checks["confirmation, 6 mm"].note
 
 
@@ -72,11 +72,16 @@ def test_heaps_that_hit_where_they_were_not_expected_to_settle_nothing(bench, mo
     monkeypatch.setattr(PlantedHeap, "offset", -4.5 - 25.0 * 0.05)
     monkeypatch.setattr(PlantedHeap, "late_offset", 2.0)  # at the optimum: 30.5° where 28.5° is expected
     monkeypatch.setattr(PlantedHeap, "rolling", 25.0)
-    rounds = find_setting(bench, screen(bench), fit_surface(bench))
+    screening, surface = screen(bench), fit_surface(bench)
+    rounds = find_setting(bench, screening, surface)
     assert rounds[0].hits
     assert rounds[0].out_of_reach
     assert not rounds[0].settled
     assert rounds[1].raised
+    checks = {c.name: c for c in checks_of(screening, surface, rounds, kept([30.0, 30.2], 0.003))}
+    by_surface = checks["heap at the surface's optimum of F, D, B, 6 mm"]
+    assert by_surface.met is False
+    assert "hit by chance" in by_surface.note
 
 
 def test_a_deeper_fall_that_alone_brings_the_angle_is_confirmed_at_once(bench, monkeypatch):
@@ -87,6 +92,18 @@ def test_a_deeper_fall_that_alone_brings_the_angle_is_confirmed_at_once(bench, m
     assert alone.hits
     assert confirmed.hits
     assert (confirmed.levels, confirmed.confirmation) == (alone.levels, 2)
+
+
+def test_where_that_is_refuted_and_no_factor_is_left_it_ends_there(bench, monkeypatch):
+    screening, surface = screen(bench), fit_surface(bench)
+    last = search(bench, surface)[-1]
+    monkeypatch.setattr(PlantedHeap, "raised", 0.0)
+    monkeypatch.setattr(PlantedHeap, "late_offset", -1.0)
+    monkeypatch.setattr(PlantedHeap, "late", 7000)
+    unmoved = replace(screening, effects=screening.effects.assign(effect=0.0))
+    found = search_further(bench, unmoved, last)
+    assert [each.confirmation for each in found] == [None, 2]
+    assert not found[-1].hits
 
 
 def test_where_that_is_refuted_the_next_factor_is_freed_from_all_heaps_so_far(bench, monkeypatch):
@@ -181,6 +198,8 @@ def test_steps_follow_the_effect_then_a_line_then_a_quadratic():
     assert where_to_pour([(0.05, [28.18]), (0.25, [32.18])], rolling, 3.9) == near(0.15, 30.18)
     assert where_to_pour([(0.05, [20.18])], rolling, 3.9) == near(0.44, 24.08)
     assert where_to_pour([(0.05, [29.98])], rolling, 3.9) == near(0.128, 30.76)  # a fifth of the range at least
+    back = where_to_pour([(0.05, [32.18]), (0.25, [31.18])], rolling, 3.9)  # it falls where it should rise
+    assert back == near(0.05, 30.68)
     bent = [(h, [25.0 + 50.0 * h - 60.0 * h * h]) for h in (0.05, 0.1, 0.3)]
     value, expected = where_to_pour(bent, rolling, 3.9)
     assert 25.0 + 50.0 * value - 60.0 * value**2 == pytest.approx(LABORATORY[0], abs=0.02)

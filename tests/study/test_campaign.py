@@ -208,6 +208,12 @@ def test_a_batch_holds_two_worlds_per_thread_and_one_on_a_single_thread(study, s
     assert max(len(batch) for batch in Quick.batches) == worlds
 
 
+def test_one_thread_that_drives_a_gpu_has_two_worlds_all_the_same(monkeypatch):
+    assert campaign.worlds_at_once(1) == 1
+    monkeypatch.setattr(campaign.runtime, "in_use", lambda: SimpleNamespace(arch="cuda"))
+    assert campaign.worlds_at_once(1) == 2
+
+
 def test_progress_rises_to_one(study, store):
     shares = []
     runs = [*made(study, range(6)), *made(study, range(6), width=0.06)]
