@@ -145,7 +145,7 @@ class Experiment:
 
     def scene(self, model: Model) -> Scene:
         """Return the apparatus with room for the grains."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define scene")
 
     def scene_within(self, model: Model, lower: Sequence[float], upper: Sequence[float], **options: Any) -> Scene:
         """Return the walls with room for the grains, in a domain between two corners [m]; `options` go to `Scene`."""
@@ -162,11 +162,11 @@ class Experiment:
 
     def procedure(self, world: World, model: Model) -> Procedure:
         """Yield the durations [s] that pass between the acts of the test."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define procedure")
 
     def measure(self, snapshot: Snapshot, record: Mapping[str, list]) -> tuple[dict[str, float], dict[str, Any]]:
         """Return the observables and further details, from the end state and from what the procedure noted."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define measure")
 
     def observable_at(self, name: str, conditions: Mapping[str, str]) -> str:
         """Return which observable a measurement is; `name` itself, unless the conditions it was made under tell more.

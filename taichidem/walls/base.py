@@ -103,16 +103,16 @@ class Wall:
 
     def kind(self) -> str:
         """Return the name of the kernel kind whose rows `rows` gives."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define kind")
 
     def rows(self) -> list[dict]:
         """Return the kernel rows of this wall, in coordinates relative to the centre of its motion."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define rows")
 
     def extent(self) -> float:
         """Return the largest distance [m] of a point of the wall that turning displaces; infinite where unbounded."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define extent")
 
     def surface(self, resolution: int = 64) -> tuple[np.ndarray, np.ndarray]:
         """Return points (n, 3) [m] and triangles (m, 3) for pictures and files, at time 0."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define surface")

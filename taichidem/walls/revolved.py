@@ -18,7 +18,7 @@ class Revolved(Wall):
 
     def profile(self) -> tuple[np.ndarray, np.ndarray, tuple[float, float], tuple[float, float]]:
         """Return origin [m], axis, (ρ₁, z₁) and (ρ₂, z₂) [m]."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} must define profile")
 
     def kind(self) -> str:
         return RevolvedKind.name

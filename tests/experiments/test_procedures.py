@@ -19,6 +19,7 @@ from taichidem.experiments import (
     RotatingDrum,
     ShearBox,
 )
+from taichidem.experiments.base import Experiment
 from tests.experiments.planted import granules
 from tests.experiments.still import play_still
 
@@ -177,3 +178,12 @@ def test_shear_box():
     assert sheared.changes == {"velocity": (0.02, 0.0, 0.0)}
     assert played.record["displacement"] == pytest.approx(np.linspace(0.009 / 500, 0.009, 500))
     assert played.end == pytest.approx(1.1 + 0.45)
+
+
+@pytest.mark.parametrize(("method", "given"), [("scene", 1), ("procedure", 2), ("measure", 2)])
+def test_an_experiment_that_lacks_a_method_says_which(method, given):
+    class Halfway(FixedFunnel):
+        pass
+
+    with pytest.raises(NotImplementedError, match=f"Halfway must define {method}"):
+        getattr(Experiment, method)(Halfway(), *[None] * given)

@@ -94,12 +94,18 @@ def test_a_deeper_fall_that_alone_brings_the_angle_is_confirmed_at_once(bench, m
     assert (confirmed.levels, confirmed.confirmation) == (alone.levels, 2)
 
 
-def test_where_that_is_refuted_and_no_factor_is_left_it_ends_there(bench, monkeypatch):
-    screening, surface = screen(bench), fit_surface(bench)
-    last = search(bench, surface)[-1]
+def hit_only_by_the_search(bench, monkeypatch):
+    """Return the screening and a setting that the deeper fall leaves at the laboratory's angle, but for confirmations."""
+    screening = screen(bench)
+    last = search(bench, fit_surface(bench))[-1]
     monkeypatch.setattr(PlantedHeap, "raised", 0.0)
     monkeypatch.setattr(PlantedHeap, "late_offset", -1.0)
     monkeypatch.setattr(PlantedHeap, "late", 7000)
+    return screening, last
+
+
+def test_where_that_is_refuted_and_no_factor_is_left_it_ends_there(bench, monkeypatch):
+    screening, last = hit_only_by_the_search(bench, monkeypatch)
     unmoved = replace(screening, effects=screening.effects.assign(effect=0.0))
     found = search_further(bench, unmoved, last)
     assert [each.confirmation for each in found] == [None, 2]
@@ -107,11 +113,7 @@ def test_where_that_is_refuted_and_no_factor_is_left_it_ends_there(bench, monkey
 
 
 def test_where_that_is_refuted_the_next_factor_is_freed_from_all_heaps_so_far(bench, monkeypatch):
-    screening, surface = screen(bench), fit_surface(bench)
-    last = search(bench, surface)[-1]
-    monkeypatch.setattr(PlantedHeap, "raised", 0.0)
-    monkeypatch.setattr(PlantedHeap, "late_offset", -1.0)
-    monkeypatch.setattr(PlantedHeap, "late", 7000)
+    screening, last = hit_only_by_the_search(bench, monkeypatch)
     monkeypatch.setattr(PlantedHeap, "rolling", 25.0)
     monkeypatch.setattr(PlantedHeap, "offset", -25.0 * 0.05)  # as it was at H = 0.05
     alone, refuted, step, *confirmations = search_further(bench, screening, last)
